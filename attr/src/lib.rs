@@ -1,0 +1,10 @@
+//! Geometry of Seamwise: meshes with attributes in wedges, and their simplification. Knows no
+//! files and no images.
+
+mod error;
+mod id;
+mod mesh;
+
+pub use error::{Error, Result};
+pub use id::{CornerId, PointId, TriangleId, WedgeId};
+pub use mesh::{Layout, Mesh};

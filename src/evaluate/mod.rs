@@ -1,0 +1,3 @@
+//! How far a candidate is from its reference.
+
+pub mod scene;

@@ -1,0 +1,4 @@
+//! Levels of detail for textured glTF that still look like the original, and atlases that do not
+//! bleed.
+
+pub mod evaluate;
