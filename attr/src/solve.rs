@@ -1,0 +1,49 @@
+//! The minimizer of a quadric in position.
+
+use glam::DVec3;
+use nalgebra::{Matrix3, Vector3};
+
+use crate::quadric::PointQuadric;
+
+/// The point that minimizes `quadric` plus `pull` times the squared distance to `anchor`.
+///
+/// The pull makes every direction count: on a flat patch or along a straight edge, where the
+/// quadric alone has no single minimum, the answer is the one nearest to `anchor` instead of a
+/// point far away. `None` if the sum is still not positive definite, which rounding can cause when
+/// `pull` is zero or vanishes beside the quadric.
+pub(crate) fn minimize(quadric: &PointQuadric, anchor: DVec3, pull: f64) -> Option<DVec3> {
+    let [xx, xy, xz, yy, yz, zz] = quadric.a;
+    let matrix = Matrix3::new(xx + pull, xy, xz, xy, yy + pull, yz, xz, yz, zz + pull);
+    let right = anchor * pull - quadric.b;
+    let solution = matrix.cholesky()?.solve(&Vector3::new(right.x, right.y, right.z));
+    let point = DVec3::new(solution.x, solution.y, solution.z);
+    point.is_finite().then_some(point)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn planes(planes: &[(DVec3, DVec3)]) -> PointQuadric {
+        let mut sum = PointQuadric::default();
+        for &(point, normal) in planes {
+            sum.add(&PointQuadric::from_plane(point, normal, 1.0));
+        }
+        sum
+    }
+
+    #[test]
+    fn three_planes_meet_in_their_corner() {
+        let corner = DVec3::new(0.25, -0.5, 0.75);
+        let quadric = planes(&[(corner, DVec3::X), (corner, DVec3::Y), (corner, DVec3::Z)]);
+        let found = minimize(&quadric, DVec3::ZERO, 1e-9).unwrap();
+        assert!((found - corner).length() < 1e-8);
+    }
+
+    #[test]
+    fn a_flat_patch_gives_the_foot_of_the_anchor() {
+        let quadric = planes(&[(DVec3::Z, DVec3::Z)]);
+        let found = minimize(&quadric, DVec3::new(0.3, 0.4, 9.0), 1e-4).unwrap();
+        assert!((found - DVec3::new(0.3, 0.4, 1.0)).length() < 1e-2);
+    }
+}
