@@ -1,0 +1,235 @@
+//! Vertices to points and wedges.
+//!
+//! A file splits a vertex wherever an attribute jumps, so its index buffer tears the surface along
+//! every seam. Welding mends it: vertices at bitwise equal positions (−0 = 0) are one point, and
+//! among those the ones with bitwise equal attributes in the same group are one wedge. There is no
+//! tolerance: what a file stores as two positions stays two points.
+
+use glam::Vec3;
+use rustc_hash::FxHashMap;
+
+use crate::error::{Error, Result};
+use crate::id::{PointId, WedgeId};
+use crate::mesh::{Layout, Mesh};
+
+/// Triangles as a file stores them.
+#[derive(Clone, Debug, Default)]
+pub struct Vertices {
+    /// One per vertex.
+    pub positions: Vec<Vec3>,
+    /// What a vertex's row holds.
+    pub layout: Layout,
+    /// `layout.len()` floats per vertex.
+    pub attributes: Vec<f32>,
+    /// One per vertex, or empty: vertices of different `motion` move apart under a skin or a
+    /// morph target, so they are never one point even where they coincide.
+    pub motion: Vec<u32>,
+    /// One per vertex, or empty: vertices of different `rest` differ in something that the metric
+    /// does not see, so they are never one wedge.
+    pub rest: Vec<u32>,
+    /// Vertex indices of each triangle.
+    pub triangles: Vec<[u32; 3]>,
+    /// One per triangle: its material or primitive.
+    pub groups: Vec<u32>,
+}
+
+/// What [`weld`] makes.
+#[derive(Clone, Debug, Default)]
+pub struct Welded {
+    /// The mesh.
+    pub mesh: Mesh,
+    /// One per wedge: a vertex it was made from.
+    pub wedge_vertices: Vec<u32>,
+    /// Triangles left out because two of their corners are one point: they have no area and
+    /// would tie the surface into a knot.
+    pub degenerate: usize,
+}
+
+/// Welds vertices to points and wedges. Vertices that no triangle uses vanish. Points and wedges
+/// are numbered in the order in which the triangles first name them.
+///
+/// # Errors
+/// [`Error::Invalid`] if an index is out of range or a used position or attribute is not finite.
+pub fn weld(vertices: &Vertices) -> Result<Welded> {
+    check(vertices)?;
+    let mut welder = Welder::new(vertices);
+    for (triangle, &group) in vertices.triangles.iter().zip(&vertices.groups) {
+        welder.add(*triangle, group);
+    }
+    let welded = welder.welded;
+    welded.mesh.validate()?;
+    Ok(welded)
+}
+
+fn check(vertices: &Vertices) -> Result<()> {
+    let count = vertices.positions.len();
+    let invalid = |what: String| Err(Error::Invalid { what });
+    if vertices.attributes.len() != count * vertices.layout.len() {
+        return invalid("attribute rows and vertices differ in number".into());
+    }
+    for classes in [&vertices.motion, &vertices.rest] {
+        if !classes.is_empty() && classes.len() != count {
+            return invalid("vertex classes and vertices differ in number".into());
+        }
+    }
+    if vertices.groups.len() != vertices.triangles.len() {
+        return invalid("groups and triangles differ in number".into());
+    }
+    let past_end = |triangle: &[u32; 3]| triangle.iter().any(|&v| v as usize >= count);
+    if let Some(triangle) = vertices.triangles.iter().position(past_end) {
+        return invalid(format!("triangle {triangle} names a vertex past the end ({count})"));
+    }
+    Ok(())
+}
+
+/// What makes a wedge: its point, its group, the class of what the metric does not see, and the
+/// bits of its row.
+type WedgeKey = (PointId, u32, u32, Box<[u32]>);
+
+struct Welder<'a> {
+    vertices: &'a Vertices,
+    points: FxHashMap<([u32; 3], u32), PointId>,
+    wedges: FxHashMap<WedgeKey, WedgeId>,
+    /// Per vertex: the wedge it became last, and the group it became it in.
+    known: Vec<Option<(u32, WedgeId)>>,
+    welded: Welded,
+}
+
+impl<'a> Welder<'a> {
+    fn new(vertices: &'a Vertices) -> Self {
+        let mut welded = Welded::default();
+        welded.mesh.layout = vertices.layout;
+        let known = vec![None; vertices.positions.len()];
+        Self { vertices, points: FxHashMap::default(), wedges: FxHashMap::default(), known, welded }
+    }
+
+    fn add(&mut self, triangle: [u32; 3], group: u32) {
+        let wedges = triangle.map(|vertex| self.wedge(vertex, group));
+        let mesh = &mut self.welded.mesh;
+        let [a, b, c] = wedges.map(|wedge| mesh.wedge_points[wedge]);
+        if a == b || b == c || c == a {
+            self.welded.degenerate += 1;
+        } else {
+            mesh.triangles.push(wedges);
+            mesh.groups.push(group);
+        }
+    }
+
+    fn wedge(&mut self, vertex: u32, group: u32) -> WedgeId {
+        if let Some((known_group, wedge)) = self.known[vertex as usize]
+            && known_group == group
+        {
+            return wedge;
+        }
+        let point = self.point(vertex);
+        let len = self.vertices.layout.len();
+        let row = &self.vertices.attributes[vertex as usize * len..][..len];
+        let rest = self.vertices.rest.get(vertex as usize).copied().unwrap_or(0);
+        let key = (point, group, rest, row.iter().map(|&x| bits(x)).collect());
+        let welded = &mut self.welded;
+        let wedge = *self.wedges.entry(key).or_insert_with(|| {
+            let wedge = WedgeId::new(welded.wedge_vertices.len());
+            welded.wedge_vertices.push(vertex);
+            welded.mesh.wedge_points.push(point);
+            welded.mesh.attributes.extend_from_slice(row);
+            wedge
+        });
+        self.known[vertex as usize] = Some((group, wedge));
+        wedge
+    }
+
+    fn point(&mut self, vertex: u32) -> PointId {
+        let position = self.vertices.positions[vertex as usize];
+        let motion = self.vertices.motion.get(vertex as usize).copied().unwrap_or(0);
+        let positions = &mut self.welded.mesh.positions;
+        *self.points.entry((position.to_array().map(bits), motion)).or_insert_with(|| {
+            positions.push(position);
+            PointId::new(positions.len() - 1)
+        })
+    }
+}
+
+/// The bits of a float, with −0 as 0.
+fn bits(x: f32) -> u32 {
+    if x == 0.0 { 0 } else { x.to_bits() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two triangles over the square 0…1, with a vertex each per corner:
+    ///
+    /// ```text
+    /// 3,5─────4
+    ///  │ ╲    │
+    ///  │   ╲  │
+    ///  0─────1,2
+    /// ```
+    fn torn_square(uvs: [[f32; 2]; 6]) -> Vertices {
+        let at = |x: f32, y: f32| Vec3::new(x, y, 0.0);
+        Vertices {
+            positions: vec![
+                at(0.0, 0.0),
+                at(1.0, 0.0),
+                at(1.0, -0.0),
+                at(0.0, 1.0),
+                at(1.0, 1.0),
+                at(-0.0, 1.0),
+            ],
+            layout: Layout { uv_sets: 1, normal: false, color: 0 },
+            attributes: uvs.concat(),
+            triangles: vec![[0, 1, 3], [2, 4, 5]],
+            groups: vec![0, 0],
+            ..Vertices::default()
+        }
+    }
+
+    const SMOOTH: [[f32; 2]; 6] =
+        [[0.0, 0.0], [1.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0], [0.0, 1.0]];
+
+    #[test]
+    fn equal_vertices_become_one_wedge_and_minus_zero_is_zero() {
+        let welded = weld(&torn_square(SMOOTH)).unwrap();
+        assert_eq!((welded.mesh.positions.len(), welded.mesh.wedge_points.len()), (4, 4));
+    }
+
+    #[test]
+    fn a_uv_jump_keeps_two_wedges_at_one_point() {
+        let mut uvs = SMOOTH;
+        uvs[2] = [5.0, 0.0];
+        let welded = weld(&torn_square(uvs)).unwrap();
+        assert_eq!((welded.mesh.positions.len(), welded.mesh.wedge_points.len()), (4, 5));
+    }
+
+    #[test]
+    fn a_material_boundary_is_a_seam_on_one_surface() {
+        let mut vertices = torn_square(SMOOTH);
+        vertices.groups[1] = 7;
+        let welded = weld(&vertices).unwrap();
+        assert_eq!((welded.mesh.positions.len(), welded.mesh.wedge_points.len()), (4, 6));
+    }
+
+    #[test]
+    fn lips_that_open_are_not_welded_shut() {
+        let mut vertices = torn_square(SMOOTH);
+        vertices.motion = vec![0, 0, 1, 0, 1, 1];
+        assert_eq!(weld(&vertices).unwrap().mesh.positions.len(), 6);
+    }
+
+    #[test]
+    fn degenerate_triangles_are_left_out_and_counted() {
+        let mut vertices = torn_square(SMOOTH);
+        vertices.triangles.push([1, 2, 4]);
+        vertices.groups.push(0);
+        let welded = weld(&vertices).unwrap();
+        assert_eq!((welded.degenerate, welded.mesh.triangles.len()), (1, 2));
+    }
+
+    #[test]
+    fn an_index_past_the_end_is_an_error() {
+        let mut vertices = torn_square(SMOOTH);
+        vertices.triangles[1][0] = 6;
+        assert!(weld(&vertices).unwrap_err().to_string().contains("triangle 1"));
+    }
+}
