@@ -1,10 +1,39 @@
 //! Geometry of Seamwise: meshes with attributes in wedges, and their simplification. Knows no
 //! files and no images.
+//!
+//! The way down: [`weld`] turns a file's vertices into points and wedges; [`simplify_chain`]
+//! descends once by collapses in the order of the generalized quadric's cost and emits a [`Level`]
+//! each time a target is passed.
+//!
+//! # The generalized quadric
+//!
+//! Over a triangle every attribute s_j is a linear function of position, g_jᵀp + d_j. The cost of
+//! moving a vertex to (p, s) is its squared distance to the triangle's plane plus the squared
+//! differences of its attributes to what the triangle has there (Garland & Heckbert 1998; Hoppe
+//! 1999). It lives in the wedges: merging two points adds the quadrics of those wedges that meet
+//! in a collapsing triangle, and leaves the others alone. For a fixed position the best attributes
+//! are in closed form, so each wedge reduces to a plain quadric in position; their sum is solved
+//! once, and a seam moves as one.
 
+mod chain;
+mod collapse;
 mod error;
 mod id;
+mod marks;
 mod mesh;
+mod metric;
+mod quadric;
+mod simplify;
+mod solve;
+#[cfg(test)]
+mod testing;
+mod topology;
+mod weld;
 
+pub use chain::{Level, simplify_chain};
 pub use error::{Error, Result};
 pub use id::{CornerId, PointId, TriangleId, WedgeId};
 pub use mesh::{Layout, Mesh};
+pub use quadric::{Gradient, PointQuadric};
+pub use simplify::{Options, Stop, Weights};
+pub use weld::{Vertices, Welded, weld};

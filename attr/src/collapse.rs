@@ -1,0 +1,422 @@
+//! One collapse: which wedges unify, where the point goes, whether that is legal, and doing it.
+//!
+//! Merging points i and j, the wedges that meet in a collapsing triangle unify: their quadrics
+//! add. Every other wedge stays itself. The reduced quadrics of all resulting wedges and the
+//! points' own constraints add up to one quadric in position; its minimizer places the point, and
+//! each wedge then takes its own best attributes there. So a seam moves as one, and no number of
+//! wedges forbids a collapse.
+
+use glam::{DVec2, DVec3};
+
+use crate::id::{CornerId, PointId, TriangleId, WedgeId};
+use crate::marks::Marks;
+use crate::mesh::Layout;
+use crate::metric::Metric;
+use crate::quadric::{self, PointQuadric};
+use crate::solve::minimize;
+use crate::topology::{Topology, on_outline};
+
+/// Pull towards the edge's midpoint, as a share of the merged weight: it keeps a flat patch
+/// solvable.
+const PULL: f64 = 1e-4;
+/// A placement farther from the midpoint than this many edge lengths is no placement.
+const REACH: f64 = 2.0;
+/// A surviving triangle may not turn by more than 75°.
+const TURN_COSINE: f64 = 0.258_819;
+/// A surviving triangle may not become thinner than this and thinner than it was. An equilateral
+/// triangle has quality 1.
+const SLIVER: f64 = 0.05;
+
+/// The merged wedges of a collapse and the quadrics they add up to. Reused from one collapse to
+/// the next, so that evaluating one allocates nothing.
+pub(crate) struct Plan {
+    points: [PointId; 2],
+    /// The wedges at both points, and which of the merged wedges each becomes.
+    wedges: Vec<WedgeId>,
+    merged_of: Vec<u32>,
+    /// Per merged wedge: its first member, its summed quadric and whether a triangle still uses it.
+    members: Vec<WedgeId>,
+    quadrics: Vec<f64>,
+    used: Vec<bool>,
+    /// The triangles that vanish, and the corners that survive at either point.
+    vanishing: Vec<TriangleId>,
+    surviving: Vec<CornerId>,
+    /// Cost as a function of position.
+    total: PointQuadric,
+    weight: f64,
+    slots: Marks,
+    counts: Marks,
+    near: [Vec<PointId>; 2],
+    parents: Vec<u32>,
+    row: Vec<f64>,
+}
+
+/// A place for the merged point and what it costs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Candidate {
+    pub(crate) cost: f64,
+    pub(crate) position: DVec3,
+}
+
+impl Plan {
+    /// An empty plan for meshes of so many points and wedges.
+    pub(crate) fn new(points: usize, wedges: usize) -> Self {
+        Self {
+            points: [PointId(0); 2],
+            wedges: Vec::new(),
+            merged_of: Vec::new(),
+            members: Vec::new(),
+            quadrics: Vec::new(),
+            used: Vec::new(),
+            vanishing: Vec::new(),
+            surviving: Vec::new(),
+            total: PointQuadric::default(),
+            weight: 0.0,
+            slots: Marks::new(wedges),
+            counts: Marks::new(points),
+            near: [Vec::new(), Vec::new()],
+            parents: Vec::new(),
+            row: Vec::new(),
+        }
+    }
+
+    /// The area that the merged quadrics were summed over.
+    pub(crate) fn weight(&self) -> f64 {
+        self.weight
+    }
+
+    /// Works out the collapse of the edge between two points.
+    pub(crate) fn set(&mut self, topology: &Topology, metric: &Metric, points: [PointId; 2]) {
+        self.points = points;
+        self.collect(topology);
+        self.unify(topology);
+        self.sum(metric);
+    }
+
+    fn collect(&mut self, topology: &Topology) {
+        let [kept, gone] = self.points;
+        self.wedges.clear();
+        self.vanishing.clear();
+        self.surviving.clear();
+        self.slots.clear();
+        for point in self.points {
+            for corner in topology.corners(point) {
+                let wedge = topology.wedge(corner);
+                if self.slots.get(wedge.index()).is_none() {
+                    self.slots.set(wedge.index(), self.wedges.len() as u32);
+                    self.wedges.push(wedge);
+                }
+                let other = if point == kept { gone } else { kept };
+                if !topology.others(corner).contains(&other) {
+                    self.surviving.push(corner);
+                } else if point == kept {
+                    self.vanishing.push(corner.triangle());
+                }
+            }
+        }
+    }
+
+    /// Joins the two wedges of each collapsing triangle, by union-find over the wedges at hand.
+    fn unify(&mut self, topology: &Topology) {
+        self.parents.clear();
+        self.parents.extend(0..self.wedges.len() as u32);
+        for &triangle in &self.vanishing {
+            let [a, b] = self.points.map(|point| {
+                let slot = topology.slot_of(triangle, point).expect("a collapsing triangle");
+                let wedge = topology.wedge(triangle.corner(slot));
+                self.slots.get(wedge.index()).expect("a wedge of either point")
+            });
+            let (a, b) = (root(&mut self.parents, a), root(&mut self.parents, b));
+            self.parents[a.max(b) as usize] = a.min(b);
+        }
+        self.merged_of.clear();
+        self.members.clear();
+        for slot in 0..self.wedges.len() as u32 {
+            let root = root(&mut self.parents, slot);
+            let merged = if root == slot {
+                self.members.push(self.wedges[slot as usize]);
+                self.members.len() as u32 - 1
+            } else {
+                self.merged_of[root as usize]
+            };
+            self.merged_of.push(merged);
+        }
+        self.used.clear();
+        self.used.resize(self.members.len(), false);
+        for &corner in &self.surviving {
+            let merged = self.merged(topology.wedge(corner));
+            self.used[merged] = true;
+        }
+    }
+
+    fn sum(&mut self, metric: &Metric) {
+        let stride = quadric::stride(metric.attributes);
+        self.quadrics.clear();
+        self.quadrics.resize(self.members.len() * stride, 0.0);
+        for (&wedge, &merged) in self.wedges.iter().zip(&self.merged_of) {
+            let packed = &mut self.quadrics[merged as usize * stride..][..stride];
+            quadric::add(packed, metric.quadric(wedge));
+        }
+        self.total = metric.constraints[self.points[0]];
+        self.total.add(&metric.constraints[self.points[1]]);
+        self.weight = 0.0;
+        for packed in self.quadrics.chunks_exact(stride) {
+            self.total.add(&quadric::reduce(packed));
+            self.weight += quadric::weight(packed);
+        }
+    }
+
+    /// Which merged wedge one of the wedges at hand becomes.
+    fn merged(&self, wedge: WedgeId) -> usize {
+        let slot = self.slots.get(wedge.index()).expect("a wedge of either point");
+        self.merged_of[slot as usize] as usize
+    }
+
+    /// The places worth trying, the cheapest first: the minimizer if it lies near the edge, then
+    /// both ends and the midpoint.
+    pub(crate) fn candidates(&self, metric: &Metric) -> impl Iterator<Item = Candidate> + use<> {
+        let [a, b] = self.points.map(|point| metric.positions[point]);
+        let middle = (a + b) / 2.0;
+        let reach = REACH * a.distance(b);
+        let best = minimize(&self.total, middle, PULL * self.weight)
+            .filter(|best| best.distance(middle) <= reach);
+        let price = |position| Candidate { cost: self.total.evaluate(position), position };
+        let mut candidates = [best.map(price), Some(price(a)), Some(price(b)), Some(price(middle))];
+        candidates.sort_by(|a, b| {
+            let cost = |c: &Option<Candidate>| c.map_or(f64::INFINITY, |c| c.cost);
+            cost(a).total_cmp(&cost(b))
+        });
+        candidates.into_iter().flatten()
+    }
+
+    /// Whether the surface keeps its topology: the link condition (Dey et al., "Topology
+    /// preserving edge contraction", 1999) over any number of triangles an edge, two outline points
+    /// meet only along an outline, no triangle comes to lie on another, and something is left.
+    pub(crate) fn keeps_topology(&mut self, topology: &Topology) -> bool {
+        if self.surviving.is_empty() {
+            return false;
+        }
+        let [kept, gone] = self.points;
+        topology.neighbors(gone, &mut self.counts, &mut self.near[1]);
+        let gone_on_outline = on_outline(&self.counts, &self.near[1]);
+        topology.neighbors(kept, &mut self.counts, &mut self.near[0]);
+        let both_on_outline = gone_on_outline && on_outline(&self.counts, &self.near[0]);
+        if both_on_outline && self.counts.get(gone.index()) == Some(2) {
+            return false;
+        }
+        let opposite = |point: PointId| {
+            self.vanishing.iter().any(|&triangle| topology.slot_of(triangle, point).is_some())
+        };
+        let common = |point: &&PointId| self.counts.get(point.index()).is_some();
+        if self.near[1].iter().filter(common).any(|&point| point != gone && !opposite(point)) {
+            return false;
+        }
+        !self.surviving.iter().any(|&corner| {
+            let [a, b] = topology.others(corner);
+            topology.slot_of(corner.triangle(), gone).is_some()
+                && common(&&a)
+                && common(&&b)
+                && topology.corners(kept).any(|corner| {
+                    let others = topology.others(corner);
+                    others == [a, b] || others == [b, a]
+                })
+        })
+    }
+
+    /// Whether every surviving triangle keeps its shape at `position`: none turns by more than
+    /// 75°, none becomes a sliver thinner than it was, none changes the sign of its area in a UV
+    /// set.
+    pub(crate) fn keeps_shape(
+        &mut self,
+        topology: &Topology,
+        metric: &Metric,
+        layout: Layout,
+        position: DVec3,
+    ) -> bool {
+        self.place_attributes(metric, position);
+        self.surviving.iter().all(|&corner| {
+            let triangle = corner.triangle();
+            let before = topology.points(triangle).map(|point| metric.positions[point]);
+            let mut after = before;
+            after[corner.slot()] = position;
+            if turns(before, after) || is_worse_sliver(before, after) {
+                return false;
+            }
+            let wedges = topology.wedges(triangle);
+            (0..layout.uv_sets).all(|set| {
+                let uv = |row: &[f64]| DVec2::from_slice(&row[layout.uv(set)..]);
+                let before = wedges.map(|wedge| uv(metric.row(wedge)));
+                let mut after = before;
+                after[corner.slot()] = uv(self.placed_row(metric, topology.wedge(corner)));
+                !folds(before, after)
+            })
+        })
+    }
+
+    /// Fills the rows of the merged wedges with their best attributes at `position`.
+    fn place_attributes(&mut self, metric: &Metric, position: DVec3) {
+        let (stride, attributes) = (quadric::stride(metric.attributes), metric.attributes);
+        self.row.clear();
+        for &member in &self.members {
+            self.row.extend_from_slice(metric.row(member));
+        }
+        if attributes == 0 {
+            return;
+        }
+        let rows = self.row.chunks_exact_mut(attributes);
+        for (row, packed) in rows.zip(self.quadrics.chunks_exact(stride)) {
+            quadric::best_attributes(packed, position, row);
+        }
+    }
+
+    fn placed_row(&self, metric: &Metric, wedge: WedgeId) -> &[f64] {
+        &self.row[self.merged(wedge) * metric.attributes..][..metric.attributes]
+    }
+
+    /// Does the collapse: the second point merges into the first, at `position`. A merged wedge
+    /// that no triangle uses any more leaves its reduced quadric with the point, so the shape it
+    /// saw is not forgotten.
+    pub(crate) fn apply(&mut self, topology: &mut Topology, metric: &mut Metric, position: DVec3) {
+        self.place_attributes(metric, position);
+        for &triangle in &self.vanishing {
+            topology.remove(triangle);
+        }
+        for &corner in &self.surviving {
+            let member = self.members[self.merged(topology.wedge(corner))];
+            topology.set_wedge(corner, member);
+        }
+        let [kept, gone] = self.points;
+        topology.merge(kept, gone);
+        metric.positions[kept] = position;
+        let mut constraint = metric.constraints[kept];
+        constraint.add(&metric.constraints[gone]);
+        let (stride, attributes) = (quadric::stride(metric.attributes), metric.attributes);
+        for (merged, &member) in self.members.iter().enumerate() {
+            let packed = &self.quadrics[merged * stride..][..stride];
+            if self.used[merged] {
+                metric.quadric_mut(member).copy_from_slice(packed);
+                metric
+                    .row_mut(member)
+                    .copy_from_slice(&self.row[merged * attributes..][..attributes]);
+            } else {
+                constraint.add(&quadric::reduce(packed));
+            }
+        }
+        metric.constraints[kept] = constraint;
+    }
+
+    /// For each wedge that the collapse leaves in use, it and the wedges that became it.
+    pub(crate) fn merges(&self) -> impl Iterator<Item = (WedgeId, WedgeId)> + '_ {
+        self.wedges
+            .iter()
+            .zip(&self.merged_of)
+            .filter(|&(_, &merged)| self.used[merged as usize])
+            .map(|(&wedge, &merged)| (self.members[merged as usize], wedge))
+    }
+}
+
+/// The representative of `slot`, with the path to it halved.
+fn root(parents: &mut [u32], mut slot: u32) -> u32 {
+    while parents[slot as usize] != slot {
+        parents[slot as usize] = parents[parents[slot as usize] as usize];
+        slot = parents[slot as usize];
+    }
+    slot
+}
+
+fn cross(p: [DVec3; 3]) -> DVec3 {
+    (p[1] - p[0]).cross(p[2] - p[0])
+}
+
+/// Whether a triangle turns by more than 75°. One without area has no direction to turn from.
+fn turns(before: [DVec3; 3], after: [DVec3; 3]) -> bool {
+    let (old, new) = (cross(before), cross(after));
+    old.dot(new) < TURN_COSINE * old.length() * new.length()
+}
+
+/// Area over squared sides, 1 for an equilateral triangle.
+fn quality(p: [DVec3; 3]) -> f64 {
+    let sides =
+        p[0].distance_squared(p[1]) + p[1].distance_squared(p[2]) + p[2].distance_squared(p[0]);
+    if sides > 0.0 { 2.0 * 3f64.sqrt() * cross(p).length() / sides } else { 0.0 }
+}
+
+fn is_worse_sliver(before: [DVec3; 3], after: [DVec3; 3]) -> bool {
+    let after = quality(after);
+    after < SLIVER && after < quality(before)
+}
+
+/// Whether a triangle's UV area changes sign. One without area may take either, as may one that
+/// is so thin that its sign is rounding.
+fn folds(before: [DVec2; 3], after: [DVec2; 3]) -> bool {
+    let area = |t: [DVec2; 3]| (t[1] - t[0]).perp_dot(t[2] - t[0]);
+    let (old, new) = (area(before), area(after));
+    let longest =
+        (before[1] - before[0]).length_squared().max((before[2] - before[0]).length_squared());
+    old.abs() > 1e-9 * longest && old * new <= 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Mesh;
+    use crate::simplify::Weights;
+    use crate::testing::{grid, sphere};
+
+    fn plan(mesh: &Mesh, points: [u32; 2]) -> (Topology, Metric, Plan) {
+        let (topology, metric) = (Topology::new(mesh), Metric::new(mesh, &Weights::default()));
+        let mut plan = Plan::new(mesh.positions.len(), mesh.wedge_points.len());
+        plan.set(&topology, &metric, points.map(PointId));
+        (topology, metric, plan)
+    }
+
+    #[test]
+    fn a_flat_collapse_costs_nothing_and_takes_two_triangles() {
+        let mesh = grid(3);
+        let (mut topology, mut metric, mut plan) = plan(&mesh, [5, 6]);
+        let best = plan.candidates(&metric).next().unwrap();
+        assert!(best.cost < 1e-12);
+        assert!(plan.keeps_topology(&topology));
+        assert!(plan.keeps_shape(&topology, &metric, mesh.layout, best.position));
+        plan.apply(&mut topology, &mut metric, best.position);
+        assert_eq!(topology.live_count(), 16);
+        let uv = metric.row(topology.wedge(topology.corners(PointId(5)).next().unwrap()));
+        assert!((uv[0] / metric.row(mesh.triangles.last().unwrap()[1])[0] - 0.5).abs() < 1e-6);
+    }
+
+    #[test]
+    fn two_border_points_do_not_meet_across_the_surface() {
+        let (topology, _, mut plan) = plan(&grid(1), [0, 3]);
+        assert!(!plan.keeps_topology(&topology), "the diagonal of a lone square");
+    }
+
+    #[test]
+    fn a_placement_beyond_the_neighbors_turns_a_triangle() {
+        let mesh = grid(3);
+        let (topology, metric, mut plan) = plan(&mesh, [5, 6]);
+        let far = DVec3::new(-5.0, 0.0, 0.0);
+        assert!(!plan.keeps_shape(&topology, &metric, mesh.layout, far));
+    }
+
+    #[test]
+    fn both_sides_of_a_seam_keep_their_own_uv() {
+        let mesh = sphere(8);
+        let seam: Vec<u32> = (0..mesh.positions.len() as u32)
+            .filter(|&p| mesh.wedge_points.iter().filter(|w| w.0 == p).count() == 2)
+            .collect();
+        let (mut topology, mut metric, mut plan) = plan(&mesh, [seam[2], seam[3]]);
+        assert!(plan.keeps_topology(&topology));
+        let best = plan.candidates(&metric).next().unwrap();
+        plan.apply(&mut topology, &mut metric, best.position);
+        let mut us: Vec<f32> = topology
+            .corners(PointId(seam[2]))
+            .map(|corner| {
+                let mut row = Vec::new();
+                metric.unscaled_row(topology.wedge(corner), 0, &mut row);
+                row[0]
+            })
+            .collect();
+        us.sort_by(f32::total_cmp);
+        assert!(us[0].abs() < 0.01 && (us[us.len() - 1] - 1.0).abs() < 0.01, "{us:?}");
+    }
+}

@@ -1,0 +1,292 @@
+//! From a mesh to the space its cost is measured in, and to the quadrics there.
+//!
+//! Positions are moved to the box's centre and scaled to unit extent, so the numbers are the same
+//! for a model in microns and one in light years. Attributes are brought to the same unit: a UV
+//! by √(surface area / UV area) of its group, so that a UV error is the distance that the texture
+//! slides over the surface; normals and colors by a plain weight. An error in any of them is then
+//! a length, and weights say how much one length counts beside another.
+
+use glam::DVec3;
+use rustc_hash::FxHashMap;
+
+use crate::id::{PointId, WedgeId};
+use crate::mesh::Mesh;
+use crate::quadric::{self, Gradient, MAX_ATTRIBUTES, PointQuadric};
+use crate::simplify::Weights;
+
+/// An attribute that is to count for nothing, or a UV set without area, still gets this scale: far
+/// below any error that matters, and its row can be read back.
+const LEAST_SCALE: f64 = 1e-6;
+
+/// Positions, attribute rows and quadrics in the space of the cost.
+pub(crate) struct Metric {
+    /// Length of one unit, in the units of the mesh.
+    pub(crate) unit: f64,
+    center: DVec3,
+    /// One per point.
+    pub(crate) positions: Vec<DVec3>,
+    /// Floats in a wedge's row.
+    pub(crate) attributes: usize,
+    /// A row per wedge.
+    pub(crate) rows: Vec<f64>,
+    /// What each entry of a row was multiplied by: a row per group.
+    scales: FxHashMap<u32, [f64; MAX_ATTRIBUTES]>,
+    /// A packed quadric per wedge.
+    pub(crate) quadrics: Vec<f64>,
+    /// Border and seam planes, one sum per point.
+    pub(crate) constraints: Vec<PointQuadric>,
+}
+
+impl Metric {
+    /// Measures a mesh. Its layout must not hold more than [`MAX_ATTRIBUTES`] floats.
+    pub(crate) fn new(mesh: &Mesh, weights: &Weights) -> Self {
+        let (center, unit) = frame(mesh);
+        let positions: Vec<DVec3> =
+            mesh.positions.iter().map(|p| (p.as_dvec3() - center) / unit).collect();
+        let attributes = mesh.layout.len();
+        let mut metric = Self {
+            unit,
+            center,
+            positions,
+            attributes,
+            rows: mesh.attributes.iter().map(|&x| f64::from(x)).collect(),
+            scales: scales(mesh, weights, unit),
+            quadrics: vec![0.0; mesh.wedge_points.len() * quadric::stride(attributes)],
+            constraints: vec![PointQuadric::default(); mesh.positions.len()],
+        };
+        metric.scale_rows(mesh);
+        metric.add_triangles(mesh);
+        metric.add_outlines(mesh, weights);
+        metric
+    }
+
+    fn scale_rows(&mut self, mesh: &Mesh) {
+        let mut done = vec![false; mesh.wedge_points.len()];
+        for (wedges, group) in mesh.triangles.iter().zip(&mesh.groups) {
+            for wedge in wedges.iter().filter(|w| !std::mem::replace(&mut done[**w], true)) {
+                let scales = self.scales[group];
+                for (x, scale) in self.row_mut(*wedge).iter_mut().zip(scales) {
+                    *x *= scale;
+                }
+            }
+        }
+    }
+
+    fn add_triangles(&mut self, mesh: &Mesh) {
+        let stride = quadric::stride(self.attributes);
+        let mut gradients = Vec::with_capacity(self.attributes);
+        for triangle in 0..mesh.triangles.len() {
+            let wedges = mesh.triangles[triangle];
+            let p = mesh.triangle_points(triangle).map(|point| self.positions[point]);
+            let cross = (p[1] - p[0]).cross(p[2] - p[0]);
+            let normal = cross.normalize_or_zero();
+            gradients.clear();
+            gradients.extend(
+                (0..self.attributes).map(|attribute| {
+                    Gradient::new(p, wedges.map(|wedge| self.row(wedge)[attribute]))
+                }),
+            );
+            let weight = cross.length() / 6.0;
+            for wedge in wedges {
+                let packed = &mut self.quadrics[wedge.index() * stride..][..stride];
+                quadric::add_triangle(packed, (p[0], normal), &gradients, weight);
+            }
+        }
+    }
+
+    /// Adds a plane through each border and seam edge, perpendicular to its triangle, so that
+    /// outlines and seams stay where they are (Garland & Heckbert 1997, §6). Weighted by the
+    /// edge's squared length.
+    fn add_outlines(&mut self, mesh: &Mesh, weights: &Weights) {
+        for edge in edges(mesh) {
+            let weight = match edge.sides.as_slice() {
+                [a, b] if a.uv_and_group == b.uv_and_group => continue,
+                [_, _] => weights.seam,
+                _ => weights.border,
+            };
+            let [from, to] = edge.points.map(|point| self.positions[point]);
+            for side in &edge.sides {
+                let p = mesh.triangle_points(side.triangle).map(|point| self.positions[point]);
+                let face = (p[1] - p[0]).cross(p[2] - p[0]);
+                let normal = (to - from).cross(face).normalize_or_zero();
+                let weight = weight * (to - from).length_squared() / 2.0;
+                let plane = PointQuadric::from_plane(from, normal, weight);
+                for point in edge.points {
+                    self.constraints[point].add(&plane);
+                }
+            }
+        }
+    }
+
+    /// A wedge's row.
+    #[inline]
+    pub(crate) fn row(&self, wedge: WedgeId) -> &[f64] {
+        &self.rows[wedge.index() * self.attributes..][..self.attributes]
+    }
+
+    /// A wedge's row, to write.
+    #[inline]
+    pub(crate) fn row_mut(&mut self, wedge: WedgeId) -> &mut [f64] {
+        &mut self.rows[wedge.index() * self.attributes..][..self.attributes]
+    }
+
+    /// A wedge's packed quadric.
+    #[inline]
+    pub(crate) fn quadric(&self, wedge: WedgeId) -> &[f64] {
+        let stride = quadric::stride(self.attributes);
+        &self.quadrics[wedge.index() * stride..][..stride]
+    }
+
+    /// A wedge's packed quadric, to write.
+    #[inline]
+    pub(crate) fn quadric_mut(&mut self, wedge: WedgeId) -> &mut [f64] {
+        let stride = quadric::stride(self.attributes);
+        &mut self.quadrics[wedge.index() * stride..][..stride]
+    }
+
+    /// A position back in the units of the mesh.
+    pub(crate) fn position(&self, point: PointId) -> glam::Vec3 {
+        (self.positions[point] * self.unit + self.center).as_vec3()
+    }
+
+    /// A wedge's row back in the units of the mesh, appended to `out`.
+    pub(crate) fn unscaled_row(&self, wedge: WedgeId, group: u32, out: &mut Vec<f32>) {
+        let scales = self.scales[&group];
+        out.extend(self.row(wedge).iter().zip(scales).map(|(x, scale)| (x / scale) as f32));
+    }
+}
+
+/// The centre of the box around a mesh and the longest of its sides.
+fn frame(mesh: &Mesh) -> (DVec3, f64) {
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for p in &mesh.positions {
+        low = low.min(p.as_dvec3());
+        high = high.max(p.as_dvec3());
+    }
+    let extent = (high - low).max_element();
+    if extent > 0.0 { ((low + high) / 2.0, extent) } else { (DVec3::ZERO, 1.0) }
+}
+
+/// What each entry of a row is multiplied by, for each group.
+fn scales(mesh: &Mesh, weights: &Weights, unit: f64) -> FxHashMap<u32, [f64; MAX_ATTRIBUTES]> {
+    let layout = mesh.layout;
+    let mut areas: FxHashMap<u32, (f64, [f64; MAX_ATTRIBUTES / 2])> = FxHashMap::default();
+    for (triangle, (wedges, group)) in mesh.triangles.iter().zip(&mesh.groups).enumerate() {
+        let p = mesh.triangle_positions(triangle).map(|p| p.as_dvec3() / unit);
+        let (surface, uv) = areas.entry(*group).or_default();
+        *surface += (p[1] - p[0]).cross(p[2] - p[0]).length() / 2.0;
+        for (set, area) in uv.iter_mut().enumerate().take(layout.uv_sets) {
+            let t = wedges.map(|wedge| mesh.uv(wedge, set).as_dvec2());
+            *area += (t[1] - t[0]).perp_dot(t[2] - t[0]).abs() / 2.0;
+        }
+    }
+    let row = |(surface, uv): (f64, [f64; MAX_ATTRIBUTES / 2])| {
+        let mut row = [0.0; MAX_ATTRIBUTES];
+        for set in 0..layout.uv_sets {
+            let per_uv = if uv[set] > 0.0 { (surface / uv[set]).sqrt() } else { 0.0 };
+            row[layout.uv(set)..][..2].fill(weights.uv * per_uv);
+        }
+        if layout.normal {
+            row[layout.normal()..][..3].fill(weights.normal);
+        }
+        row[layout.color()..][..layout.color].fill(weights.color);
+        row.map(|scale| scale.max(LEAST_SCALE))
+    };
+    areas.into_iter().map(|(group, areas)| (group, row(areas))).collect()
+}
+
+/// An edge with its triangles.
+struct Edge {
+    points: [PointId; 2],
+    sides: Vec<Side>,
+}
+
+struct Side {
+    triangle: usize,
+    /// Bits of the UVs and colors at both ends and the group: two sides that differ here meet at
+    /// a seam; two that differ in their normals alone meet at a crease, which needs no plane of
+    /// its own, since the surface bends there.
+    uv_and_group: ([Vec<u32>; 2], u32),
+}
+
+/// All edges that are not plainly inside a chart: with other than two triangles, or with sides
+/// whose wedges differ. Sorted by their points.
+fn edges(mesh: &Mesh) -> Vec<Edge> {
+    let mut sides: Vec<([PointId; 2], usize)> = Vec::with_capacity(mesh.triangles.len() * 3);
+    for triangle in 0..mesh.triangles.len() {
+        let [a, b, c] = mesh.triangle_points(triangle);
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            sides.push(([from.min(to), from.max(to)], triangle));
+        }
+    }
+    sides.sort_unstable();
+    sides
+        .chunk_by(|a, b| a.0 == b.0)
+        .filter(|run| match run {
+            [a, b] => wedges_at(mesh, a.1, a.0) != wedges_at(mesh, b.1, b.0),
+            _ => true,
+        })
+        .map(|run| Edge {
+            points: run[0].0,
+            sides: run.iter().map(|&(points, triangle)| side(mesh, triangle, points)).collect(),
+        })
+        .collect()
+}
+
+/// The wedges of a triangle at two of its points.
+fn wedges_at(mesh: &Mesh, triangle: usize, points: [PointId; 2]) -> [WedgeId; 2] {
+    let own = mesh.triangle_points(triangle);
+    points.map(|point| {
+        let slot = own.iter().position(|&p| p == point).expect("an edge's point is its triangle's");
+        mesh.triangles[triangle][slot]
+    })
+}
+
+fn side(mesh: &Mesh, triangle: usize, points: [PointId; 2]) -> Side {
+    let layout = mesh.layout;
+    let without_normal = |wedge: WedgeId| {
+        let row = mesh.row(wedge);
+        row[..layout.normal()].iter().chain(&row[layout.color()..]).map(|x| x.to_bits()).collect()
+    };
+    let wedges = wedges_at(mesh, triangle, points);
+    Side { triangle, uv_and_group: (wedges.map(without_normal), mesh.groups[triangle]) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{grid, sphere};
+
+    #[test]
+    fn a_row_comes_back_from_the_metric_as_it_went_in() {
+        let mesh = sphere(8);
+        let metric = Metric::new(&mesh, &Weights::default());
+        for (wedge, expected) in mesh.attributes.chunks_exact(5).enumerate() {
+            let mut row = Vec::new();
+            metric.unscaled_row(WedgeId::new(wedge), 0, &mut row);
+            for (x, y) in row.iter().zip(expected) {
+                assert!((x - y).abs() < 1e-6);
+            }
+        }
+    }
+
+    #[test]
+    fn a_uv_is_scaled_to_lengths_on_the_surface() {
+        let mut mesh = grid(4);
+        for p in &mut mesh.positions {
+            *p *= 10.0;
+        }
+        let metric = Metric::new(&mesh, &Weights { uv: 1.0, ..Weights::default() });
+        let far = metric.row(mesh.triangles.last().expect("a triangle")[1]);
+        assert!((far[0] - 1.0).abs() < 1e-6, "one square is one unit wide, so is its texture");
+    }
+
+    #[test]
+    fn only_borders_are_constrained_on_a_plain_grid() {
+        let metric = Metric::new(&grid(3), &Weights::default());
+        for (point, constraint) in metric.constraints.iter().enumerate() {
+            let inner = matches!(point, 5 | 6 | 9 | 10);
+            assert_eq!(*constraint == PointQuadric::default(), inner, "point {point}");
+        }
+    }
+}

@@ -1,0 +1,269 @@
+//! Which triangles meet at each point, kept true through collapses.
+//!
+//! Corners at a point form a singly linked list over one flat array, so merging two points is
+//! joining two lists, and nothing is allocated per point. Nothing here assumes a manifold: an edge
+//! may have any number of triangles, a point any number of fans.
+
+use crate::id::{CornerId, PointId, TriangleId, WedgeId};
+use crate::marks::Marks;
+use crate::mesh::Mesh;
+
+/// End of a corner list.
+const NONE: u32 = u32::MAX;
+
+/// The connectivity of a mesh that is being simplified.
+pub(crate) struct Topology {
+    /// One per triangle: its corners' wedges today.
+    triangles: Vec<[WedgeId; 3]>,
+    /// One per wedge: its point today.
+    wedge_points: Vec<PointId>,
+    live: Vec<bool>,
+    live_count: usize,
+    first: Vec<u32>,
+    last: Vec<u32>,
+    next: Vec<u32>,
+}
+
+impl Topology {
+    pub(crate) fn new(mesh: &Mesh) -> Self {
+        let points = mesh.positions.len();
+        let mut topology = Self {
+            triangles: mesh.triangles.clone(),
+            wedge_points: mesh.wedge_points.clone(),
+            live: vec![true; mesh.triangles.len()],
+            live_count: mesh.triangles.len(),
+            first: vec![NONE; points],
+            last: vec![NONE; points],
+            next: vec![NONE; mesh.triangles.len() * 3],
+        };
+        for corner in 0..topology.next.len() {
+            let corner = CornerId::new(corner);
+            let point = topology.point(corner);
+            topology.append(point, corner);
+        }
+        topology
+    }
+
+    fn append(&mut self, point: PointId, corner: CornerId) {
+        match self.last[point] {
+            NONE => self.first[point] = corner.0,
+            last => self.next[last as usize] = corner.0,
+        }
+        self.last[point] = corner.0;
+    }
+
+    /// Live triangles.
+    pub(crate) fn live_count(&self) -> usize {
+        self.live_count
+    }
+
+    pub(crate) fn is_live(&self, triangle: TriangleId) -> bool {
+        self.live[triangle]
+    }
+
+    /// The wedges of a triangle's corners.
+    #[inline]
+    pub(crate) fn wedges(&self, triangle: TriangleId) -> [WedgeId; 3] {
+        self.triangles[triangle]
+    }
+
+    /// The points of a triangle's corners.
+    #[inline]
+    pub(crate) fn points(&self, triangle: TriangleId) -> [PointId; 3] {
+        self.triangles[triangle].map(|wedge| self.wedge_points[wedge])
+    }
+
+    #[inline]
+    pub(crate) fn wedge(&self, corner: CornerId) -> WedgeId {
+        self.triangles[corner.triangle()][corner.slot()]
+    }
+
+    #[inline]
+    fn point(&self, corner: CornerId) -> PointId {
+        self.wedge_points[self.wedge(corner)]
+    }
+
+    /// The live corners at a point, in a fixed order.
+    #[inline]
+    pub(crate) fn corners(&self, point: PointId) -> impl Iterator<Item = CornerId> + '_ {
+        let mut at = self.first[point];
+        std::iter::from_fn(move || {
+            (at != NONE).then(|| {
+                let corner = CornerId(at);
+                at = self.next[at as usize];
+                corner
+            })
+        })
+    }
+
+    /// The two points that follow a corner's own around its triangle.
+    #[inline]
+    pub(crate) fn others(&self, corner: CornerId) -> [PointId; 2] {
+        let points = self.points(corner.triangle());
+        let slot = corner.slot();
+        [points[(slot + 1) % 3], points[(slot + 2) % 3]]
+    }
+
+    /// The slot of `point` in `triangle`, if it is one of its corners.
+    #[inline]
+    pub(crate) fn slot_of(&self, triangle: TriangleId, point: PointId) -> Option<usize> {
+        self.points(triangle).iter().position(|&p| p == point)
+    }
+
+    /// Collects the neighbors of a point, each once, in a fixed order, and leaves on each the
+    /// number of triangles at the edge to it.
+    pub(crate) fn neighbors(&self, point: PointId, counts: &mut Marks, out: &mut Vec<PointId>) {
+        counts.clear();
+        out.clear();
+        for corner in self.corners(point) {
+            for other in self.others(corner) {
+                let count = counts.get(other.index()).unwrap_or(0);
+                if count == 0 {
+                    out.push(other);
+                }
+                counts.set(other.index(), count + 1);
+            }
+        }
+    }
+
+    /// Takes a triangle out of the surface.
+    pub(crate) fn remove(&mut self, triangle: TriangleId) {
+        self.live[triangle] = false;
+        self.live_count -= 1;
+        for slot in 0..3 {
+            self.unlink(triangle.corner(slot));
+        }
+    }
+
+    fn unlink(&mut self, corner: CornerId) {
+        let point = self.point(corner);
+        let after = self.next[corner.index()];
+        let before = self.corners(point).take_while(|&c| c != corner).last();
+        match before {
+            None => self.first[point] = after,
+            Some(before) => self.next[before.index()] = after,
+        }
+        if self.last[point] == corner.0 {
+            self.last[point] = before.map_or(NONE, |before| before.0);
+        }
+    }
+
+    /// Moves every corner at `gone` to `kept`. The wedges of `gone` go along.
+    pub(crate) fn merge(&mut self, kept: PointId, gone: PointId) {
+        let mut at = self.first[gone];
+        while at != NONE {
+            let wedge = self.wedge(CornerId(at));
+            self.wedge_points[wedge] = kept;
+            at = self.next[at as usize];
+        }
+        if self.first[gone] == NONE {
+            return;
+        }
+        match self.last[kept] {
+            NONE => self.first[kept] = self.first[gone],
+            last => self.next[last as usize] = self.first[gone],
+        }
+        self.last[kept] = self.last[gone];
+        (self.first[gone], self.last[gone]) = (NONE, NONE);
+    }
+
+    /// Gives a corner another wedge of the same point.
+    pub(crate) fn set_wedge(&mut self, corner: CornerId, wedge: WedgeId) {
+        self.triangles[corner.triangle()][corner.slot()] = wedge;
+    }
+
+    /// The triangles of the shell that `point` belongs to, or `None` if they are more than `most`.
+    pub(crate) fn small_shell(
+        &self,
+        point: PointId,
+        most: usize,
+        seen: &mut Marks,
+    ) -> Option<Vec<TriangleId>> {
+        seen.clear();
+        seen.set(point.index(), 0);
+        let (mut queue, mut at) = (vec![point], 0);
+        let mut shell: Vec<TriangleId> = Vec::new();
+        while let Some(&point) = queue.get(at) {
+            at += 1;
+            for corner in self.corners(point) {
+                if !shell.contains(&corner.triangle()) {
+                    if shell.len() == most {
+                        return None;
+                    }
+                    shell.push(corner.triangle());
+                }
+                for other in self.others(corner) {
+                    if seen.get(other.index()).is_none() {
+                        seen.set(other.index(), 0);
+                        queue.push(other);
+                    }
+                }
+            }
+        }
+        Some(shell)
+    }
+}
+
+/// Whether a point lies on the outline of the surface: one of its edges has one triangle, or more
+/// than two. `counts` and `neighbors` are as [`Topology::neighbors`] leaves them.
+pub(crate) fn on_outline(counts: &Marks, neighbors: &[PointId]) -> bool {
+    neighbors.iter().any(|n| counts.get(n.index()) != Some(2))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::grid;
+
+    fn neighbors(topology: &Topology, point: u32) -> Vec<u32> {
+        let (mut counts, mut out) = (Marks::new(16), Vec::new());
+        topology.neighbors(PointId(point), &mut counts, &mut out);
+        let mut found: Vec<u32> = out.iter().map(|p| p.0).collect();
+        found.sort_unstable();
+        found
+    }
+
+    #[test]
+    fn a_grid_point_sees_its_six_neighbors_and_a_corner_its_two_or_three() {
+        let topology = Topology::new(&grid(3));
+        assert_eq!(neighbors(&topology, 5), [0, 1, 4, 6, 9, 10]);
+        assert_eq!(neighbors(&topology, 3), [2, 7]);
+    }
+
+    #[test]
+    fn only_the_rim_is_outline() {
+        let topology = Topology::new(&grid(3));
+        let (mut counts, mut out) = (Marks::new(16), Vec::new());
+        for point in 0..16 {
+            topology.neighbors(PointId(point), &mut counts, &mut out);
+            let inner = matches!(point, 5 | 6 | 9 | 10);
+            assert_eq!(on_outline(&counts, &out), !inner, "point {point}");
+        }
+    }
+
+    #[test]
+    fn removing_and_merging_keep_the_lists_true() {
+        let mut topology = Topology::new(&grid(3));
+        let shared: Vec<_> = topology
+            .corners(PointId(5))
+            .map(CornerId::triangle)
+            .filter(|&t| topology.slot_of(t, PointId(6)).is_some())
+            .collect();
+        assert_eq!(shared.len(), 2);
+        for triangle in shared {
+            topology.remove(triangle);
+        }
+        topology.merge(PointId(5), PointId(6));
+        assert_eq!(topology.live_count(), 16);
+        assert_eq!(neighbors(&topology, 5), [0, 1, 2, 4, 7, 9, 10, 11]);
+        assert_eq!(topology.corners(PointId(6)).count(), 0);
+    }
+
+    #[test]
+    fn a_small_shell_is_found_whole() {
+        let topology = Topology::new(&grid(1));
+        let mut seen = Marks::new(4);
+        assert_eq!(topology.small_shell(PointId(0), 2, &mut seen).unwrap().len(), 2);
+        assert!(topology.small_shell(PointId(0), 1, &mut seen).is_none());
+    }
+}
