@@ -1,0 +1,253 @@
+//! Typed reading of any glTF accessor (glTF 2.0 §3.6.2): every component type, normalized,
+//! strided, sparse, or without a buffer view.
+//!
+//! Whatever an accessor looks like in the file, it is first made tight: `count` elements one after
+//! the other. Every size is checked against the bytes there are before anything is allocated.
+
+use gltf::json::accessor::{Accessor as Json, ComponentType, Type, sparse::Sparse};
+use gltf::json::validation::Checked;
+
+use crate::asset::Asset;
+use crate::error::{Error, Result};
+
+/// Most bytes that an accessor without a buffer view may ask for: zeros cost a file nothing, so
+/// nothing else bounds them.
+const MOST_ZEROS: usize = 1 << 28;
+
+/// An accessor's elements, one after the other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Elements {
+    /// `count · components · component.size()` bytes, little-endian.
+    pub bytes: Vec<u8>,
+    /// What each component is.
+    pub component: ComponentType,
+    /// Components per element.
+    pub components: usize,
+    /// Whether integers stand for 0…1 or −1…1.
+    pub normalized: bool,
+}
+
+/// Reads the accessor at `index`; `at` is the place that refers to it.
+///
+/// # Errors
+/// [`Error::Invalid`] if it is missing, malformed or runs past its data.
+pub fn read(asset: &Asset, index: usize, at: &str) -> Result<Elements> {
+    if index >= asset.count("accessors") {
+        return Err(Error::invalid(at, format!("there is no accessor {index}")));
+    }
+    let at = format!("/accessors/{index}");
+    let json: Json = asset.parse(&at)?;
+    let (Checked::Valid(component), Checked::Valid(shape)) = (json.component_type, json.type_)
+    else {
+        return Err(Error::invalid(at, "unknown component type or element type"));
+    };
+    if matches!(shape, Type::Mat2 | Type::Mat3 | Type::Mat4) {
+        return Err(Error::invalid(at, "a matrix where a number or a vector belongs"));
+    }
+    let (component, components) = (component.0, shape.multiplicity());
+    let size = component.size() * components;
+    let count = usize::try_from(json.count.0).unwrap_or(usize::MAX);
+    let mut bytes = match json.buffer_view {
+        Some(view) => {
+            let offset = json.byte_offset.unwrap_or_default().0;
+            tight(asset, &at, view.value(), Run { offset, count, size })?
+        }
+        None => match count.checked_mul(size).filter(|&bytes| bytes <= MOST_ZEROS) {
+            Some(bytes) => vec![0; bytes],
+            None => return Err(Error::invalid(at, format!("{count} elements without data"))),
+        },
+    };
+    if let Some(sparse) = &json.sparse {
+        replace_sparse(asset, &at, sparse, &mut bytes, size)?;
+    }
+    Ok(Elements { bytes, component, components, normalized: json.normalized })
+}
+
+/// `count` elements of `size` bytes, from `offset` on.
+struct Run {
+    offset: u64,
+    count: usize,
+    size: usize,
+}
+
+/// Copies elements out of a buffer view.
+fn tight(asset: &Asset, at: &str, view: usize, run: Run) -> Result<Vec<u8>> {
+    let (bytes, view_json) = asset.view(view)?;
+    let Run { offset, count, size } = run;
+    let stride = view_json.byte_stride.map_or(size, |stride| stride.0);
+    let start = usize::try_from(offset).unwrap_or(usize::MAX);
+    let end = count
+        .checked_sub(1)
+        .map_or(Some(0), |last| last.checked_mul(stride).and_then(|at| at.checked_add(size)))
+        .and_then(|length| length.checked_add(start));
+    if stride < size || end.is_none_or(|end| end > bytes.len()) {
+        let what = format!(
+            "{count} elements of {size} bytes, {stride} apart, run past /bufferViews/{view} of {} bytes",
+            bytes.len()
+        );
+        return Err(Error::invalid(at, what));
+    }
+    if stride == size {
+        return Ok(bytes[start..start + count * size].to_vec());
+    }
+    let mut out = Vec::with_capacity(count * size);
+    for element in 0..count {
+        out.extend_from_slice(&bytes[start + element * stride..][..size]);
+    }
+    Ok(out)
+}
+
+/// Puts a sparse accessor's own values over its elements.
+fn replace_sparse(
+    asset: &Asset,
+    at: &str,
+    sparse: &Sparse,
+    elements: &mut [u8],
+    size: usize,
+) -> Result<()> {
+    let at = format!("{at}/sparse");
+    let count = usize::try_from(sparse.count.0).unwrap_or(usize::MAX);
+    let Checked::Valid(component) = sparse.indices.component_type else {
+        return Err(Error::invalid(at, "unknown component type of its indices"));
+    };
+    let component = component.0;
+    let run = Run { offset: sparse.indices.byte_offset.0, count, size: component.size() };
+    let indices = tight(asset, &at, sparse.indices.buffer_view.value(), run)?;
+    let run = Run { offset: sparse.values.byte_offset.0, count, size };
+    let values = tight(asset, &at, sparse.values.buffer_view.value(), run)?;
+    let indices = Elements { bytes: indices, component, components: 1, normalized: false };
+    for (index, value) in indices.indices(&at)?.into_iter().zip(values.chunks_exact(size)) {
+        let start = index as usize * size;
+        let Some(element) = elements.get_mut(start..start + size) else {
+            return Err(Error::invalid(at, format!("index {index} is past its accessor's end")));
+        };
+        element.copy_from_slice(value);
+    }
+    Ok(())
+}
+
+impl Elements {
+    /// Bytes of one element.
+    pub fn size(&self) -> usize {
+        self.component.size() * self.components
+    }
+
+    /// Number of elements.
+    pub fn count(&self) -> usize {
+        self.bytes.len() / self.size()
+    }
+
+    /// The bytes of one element.
+    pub fn element(&self, index: usize) -> &[u8] {
+        &self.bytes[index * self.size()..][..self.size()]
+    }
+
+    /// All components as floats, normalized integers mapped to 0…1 or −1…1 (glTF 2.0 §3.6.2.2).
+    pub fn floats(&self) -> Vec<f32> {
+        let bytes = &self.bytes;
+        let signed = |value: f32, most: f32| {
+            if self.normalized { (value / most).max(-1.0) } else { value }
+        };
+        let unsigned = |value: f32, most: f32| if self.normalized { value / most } else { value };
+        match self.component {
+            ComponentType::I8 => bytes.iter().map(|&b| signed(f32::from(b as i8), 127.0)).collect(),
+            ComponentType::U8 => bytes.iter().map(|&b| unsigned(f32::from(b), 255.0)).collect(),
+            ComponentType::I16 => {
+                words(bytes).map(|b| signed(f32::from(i16::from_le_bytes(b)), 32767.0)).collect()
+            }
+            ComponentType::U16 => {
+                words(bytes).map(|b| unsigned(f32::from(u16::from_le_bytes(b)), 65535.0)).collect()
+            }
+            ComponentType::U32 => words(bytes).map(|b| u32::from_le_bytes(b) as f32).collect(),
+            ComponentType::F32 => words(bytes).map(f32::from_le_bytes).collect(),
+        }
+    }
+
+    /// All components as indices.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] if they are not unsigned integers.
+    pub fn indices(&self, at: &str) -> Result<Vec<u32>> {
+        let bytes = &self.bytes;
+        match self.component {
+            ComponentType::U8 => Ok(bytes.iter().map(|&b| u32::from(b)).collect()),
+            ComponentType::U16 => {
+                Ok(words(bytes).map(|b| u32::from(u16::from_le_bytes(b))).collect())
+            }
+            ComponentType::U32 => Ok(words(bytes).map(u32::from_le_bytes).collect()),
+            _ => Err(Error::invalid(at, "indices must be unsigned integers")),
+        }
+    }
+}
+
+/// The little-endian words of a byte string.
+fn words<const N: usize>(bytes: &[u8]) -> impl Iterator<Item = [u8; N]> + '_ {
+    bytes.as_chunks::<N>().0.iter().copied()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::{Value, json};
+
+    fn asset(accessor: Value, views: Value, bytes: &[u8]) -> Asset {
+        Asset {
+            json: json!({"accessors": [accessor], "bufferViews": views}),
+            buffers: vec![bytes.to_vec()],
+            images: Vec::new(),
+        }
+    }
+
+    fn floats(accessor: Value, views: Value, bytes: &[u8]) -> Vec<f32> {
+        read(&asset(accessor, views, bytes), 0, "/test").unwrap().floats()
+    }
+
+    #[test]
+    fn each_component_type_is_read_and_normalized() {
+        let view = json!([{"buffer": 0, "byteLength": 4}]);
+        let read = |component: u32, count: u32, normalized: bool, bytes: &[u8]| {
+            let accessor = json!({"bufferView": 0, "componentType": component, "count": count,
+                "type": "SCALAR", "normalized": normalized});
+            floats(accessor, view.clone(), bytes)
+        };
+        assert_eq!(read(5121, 2, true, &[255, 51, 0, 0]), [1.0, 0.2]);
+        assert_eq!(read(5121, 2, false, &[255, 51, 0, 0]), [255.0, 51.0]);
+        assert_eq!(read(5120, 2, true, &[127, 128, 0, 0]), [1.0, -1.0]);
+        assert_eq!(read(5123, 1, true, &[255, 255, 0, 0]), [1.0]);
+        assert_eq!(read(5122, 2, true, &[255, 127, 0, 128]), [1.0, -1.0]);
+        assert_eq!(read(5125, 1, false, &[1, 1, 0, 0]), [257.0]);
+        assert_eq!(read(5126, 1, false, &2.5f32.to_le_bytes()), [2.5]);
+    }
+
+    #[test]
+    fn strided_elements_are_made_tight() {
+        let accessor = json!({"bufferView": 0, "componentType": 5121, "count": 2, "type": "VEC3",
+            "byteOffset": 1});
+        let views = json!([{"buffer": 0, "byteLength": 8, "byteStride": 4}]);
+        assert_eq!(floats(accessor, views, &[0, 1, 2, 3, 0, 4, 5, 6]), [1., 2., 3., 4., 5., 6.]);
+    }
+
+    #[test]
+    fn sparse_values_replace_what_lies_below_or_zeros() {
+        let sparse = json!({"count": 1, "indices": {"bufferView": 0, "componentType": 5121},
+            "values": {"bufferView": 1}});
+        let accessor =
+            json!({"componentType": 5121, "count": 3, "type": "SCALAR", "sparse": sparse});
+        let views = json!([{"buffer": 0, "byteLength": 1}, {"buffer": 0, "byteOffset": 1, "byteLength": 1}]);
+        assert_eq!(floats(accessor, views, &[2, 9]), [0.0, 0.0, 9.0]);
+    }
+
+    #[test]
+    fn what_runs_past_its_data_is_an_error_before_it_is_memory() {
+        let views = json!([{"buffer": 0, "byteLength": 8}]);
+        for (count, offset) in [(3u64, 0u64), (2, 1), (u64::MAX, 0), (1, u64::MAX)] {
+            let accessor = json!({"bufferView": 0, "componentType": 5126, "count": count,
+                "type": "SCALAR", "byteOffset": offset});
+            let error = read(&asset(accessor, views.clone(), &[0; 8]), 0, "/test").unwrap_err();
+            assert!(error.to_string().starts_with("/accessors/0"), "{error}");
+        }
+        let zeros = json!({"componentType": 5126, "count": u64::MAX, "type": "VEC4"});
+        assert!(read(&asset(zeros, json!([]), &[]), 0, "/test").is_err());
+        assert!(read(&asset(json!({}), json!([]), &[]), 7, "/test").is_err());
+    }
+}

@@ -1,0 +1,57 @@
+//! Errors of the tool, by whose fault they are.
+
+use std::path::PathBuf;
+
+/// What went wrong, and where.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// A file can't be read or written.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// A file is wrong.
+    #[error("{at}: {what}")]
+    Invalid {
+        /// What is wrong.
+        what: String,
+        /// The place in the file: a JSON pointer in a glTF document, or the file's name.
+        at: String,
+    },
+    /// A file is well, but asks for something that this version can't do.
+    #[error("{what} is not supported")]
+    Unsupported {
+        /// What it asks for.
+        what: String,
+    },
+    /// An option makes no sense.
+    #[error("{what}")]
+    Options {
+        /// Which, and what it would have to be.
+        what: String,
+    },
+    /// A mistake in Seamwise.
+    #[error("internal error, please report it: {what}")]
+    Internal {
+        /// What was found to be impossible.
+        what: String,
+    },
+}
+
+impl Error {
+    /// An [`Error::Invalid`].
+    pub(crate) fn invalid(at: impl Into<String>, what: impl Into<String>) -> Self {
+        Self::Invalid { what: what.into(), at: at.into() }
+    }
+
+    /// An [`Error::Io`].
+    pub(crate) fn io(path: impl Into<PathBuf>, source: std::io::Error) -> Self {
+        Self::Io { path: path.into(), source }
+    }
+}
+
+/// A result of the tool.
+pub type Result<T> = std::result::Result<T, Error>;

@@ -1,0 +1,175 @@
+//! .gltf and .glb to [`Asset`].
+
+use std::path::{Path, PathBuf};
+
+use base64::Engine;
+use gltf::json;
+use serde_json::Value;
+
+use crate::asset::{Asset, EncodedImage, ImageFormat};
+use crate::error::{Error, Result};
+
+/// Required extensions that leave geometry and textures as core glTF has them, or that the
+/// accessor layer reads.
+const SUPPORTED: &[&str] = &[
+    "EXT_mesh_gpu_instancing",
+    "KHR_lights_punctual",
+    "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_variants",
+    "KHR_mesh_quantization",
+    "KHR_texture_transform",
+    "MSFT_lod",
+];
+
+/// Reads an asset with all its buffers and images.
+///
+/// # Errors
+/// [`Error::Io`] if a file can't be read; [`Error::Invalid`] if one is not what it should be;
+/// [`Error::Unsupported`] if the document requires an extension that this version lacks.
+pub fn read(path: &Path) -> Result<Asset> {
+    let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
+    read_bytes(&bytes, path.parent().unwrap_or(Path::new("")))
+}
+
+/// Reads an asset from the bytes of a .gltf or .glb; `folder` is where its other files are.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_bytes(bytes: &[u8], folder: &Path) -> Result<Asset> {
+    let (json, chunk) = if bytes.starts_with(b"glTF") {
+        let glb = gltf::Glb::from_slice(bytes)
+            .map_err(|error| Error::invalid("the GLB container", error.to_string()))?;
+        (glb.json, glb.bin)
+    } else {
+        (bytes.into(), None)
+    };
+    let json: Value = serde_json::from_slice(&json)
+        .map_err(|error| Error::invalid("the JSON document", error.to_string()))?;
+    check_version(&json)?;
+    check_extensions(&json)?;
+    let mut asset = Asset { json, buffers: Vec::new(), images: Vec::new() };
+    for index in 0..asset.count("buffers") {
+        let buffer = read_buffer(&asset, index, chunk.as_deref(), folder)?;
+        asset.buffers.push(buffer);
+    }
+    for index in 0..asset.count("images") {
+        let image = read_image(&asset, index, folder)?;
+        asset.images.push(image);
+    }
+    Ok(asset)
+}
+
+fn check_version(json: &Value) -> Result<()> {
+    match json.pointer("/asset/version").and_then(Value::as_str) {
+        Some(version) if version.starts_with("2.") => Ok(()),
+        Some(version) => Err(Error::Unsupported { what: format!("glTF version {version}") }),
+        None => Err(Error::invalid("/asset/version", "there is none: not a glTF document")),
+    }
+}
+
+fn check_extensions(json: &Value) -> Result<()> {
+    let required = json.get("extensionsRequired").and_then(Value::as_array);
+    for name in required.into_iter().flatten() {
+        let name = name
+            .as_str()
+            .ok_or_else(|| Error::invalid("/extensionsRequired", "names must be strings"))?;
+        if !SUPPORTED.contains(&name) && !name.starts_with("KHR_materials_") {
+            return Err(Error::Unsupported { what: format!("the required extension {name}") });
+        }
+    }
+    Ok(())
+}
+
+fn read_buffer(
+    asset: &Asset,
+    index: usize,
+    chunk: Option<&[u8]>,
+    folder: &Path,
+) -> Result<Vec<u8>> {
+    let at = format!("/buffers/{index}");
+    let buffer: json::Buffer = asset.parse(&at)?;
+    let mut bytes = match (&buffer.uri, chunk) {
+        (Some(uri), _) => read_uri(uri, &at, folder)?,
+        (None, Some(chunk)) if index == 0 => chunk.to_vec(),
+        _ => return Err(Error::invalid(at, "it has neither a URI nor the binary chunk")),
+    };
+    let length = usize::try_from(buffer.byte_length.0).unwrap_or(usize::MAX);
+    if bytes.len() < length {
+        let what = format!("{length} bytes announced, {} there", bytes.len());
+        return Err(Error::invalid(at, what));
+    }
+    bytes.truncate(length);
+    Ok(bytes)
+}
+
+fn read_image(asset: &Asset, index: usize, folder: &Path) -> Result<EncodedImage> {
+    let at = format!("/images/{index}");
+    let uri = asset.json.pointer(&at).and_then(|image| image.get("uri")).and_then(Value::as_str);
+    let bytes = match (uri, asset.reference(&at, "bufferView", "bufferViews")?) {
+        (Some(uri), _) => read_uri(uri, &at, folder)?,
+        (None, Some(view)) => asset.view(view)?.0.to_vec(),
+        (None, None) => {
+            return Err(Error::invalid(at, "it has neither a URI nor a buffer view"));
+        }
+    };
+    let format = ImageFormat::detect(&bytes).ok_or_else(|| Error::Unsupported {
+        what: format!("{at}: an image that is no PNG or JPEG"),
+    })?;
+    Ok(EncodedImage { bytes, format })
+}
+
+/// The bytes behind a URI: base64 in the URI itself, or a file in the asset's folder.
+fn read_uri(uri: &str, at: &str, folder: &Path) -> Result<Vec<u8>> {
+    let at = || format!("{at}/uri");
+    if let Some(data) = uri.strip_prefix("data:") {
+        let Some((_, data)) = data.split_once(";base64,") else {
+            return Err(Error::Unsupported {
+                what: format!("{}: a data URI without base64", at()),
+            });
+        };
+        return base64::engine::general_purpose::STANDARD
+            .decode(data)
+            .map_err(|error| Error::invalid(at(), error.to_string()));
+    }
+    if uri.contains("://") {
+        return Err(Error::Unsupported { what: format!("{}: fetching {uri}", at()) });
+    }
+    let name = percent_encoding::percent_decode_str(uri)
+        .decode_utf8()
+        .map_err(|_| Error::invalid(at(), "its file name is not UTF-8"))?;
+    let path: PathBuf = folder.join(name.as_ref());
+    std::fs::read(&path)
+        .map_err(|error| Error::invalid(at(), format!("{} can't be read: {error}", path.display())))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn error(json: &str) -> String {
+        read_bytes(json.as_bytes(), Path::new("")).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn an_embedded_buffer_is_read() {
+        let json = r#"{"asset": {"version": "2.0"},
+            "buffers": [{"byteLength": 2, "uri": "data:application/octet-stream;base64,AQID"}]}"#;
+        assert_eq!(read_bytes(json.as_bytes(), Path::new("")).unwrap().buffers, [[1, 2]]);
+    }
+
+    #[test]
+    fn each_fault_is_named_with_its_place() {
+        assert!(error("{").contains("JSON"));
+        assert!(error("{}").contains("/asset/version"));
+        assert!(error(r#"{"asset": {"version": "1.0"}}"#).contains("glTF version 1.0"));
+        let with = |rest: &str| error(&format!(r#"{{"asset": {{"version": "2.0"}}, {rest}}}"#));
+        assert!(
+            with(r#""extensionsRequired": ["EXT_meshopt_compression"]"#)
+                .contains("EXT_meshopt_compression")
+        );
+        assert!(with(r#""buffers": [{"byteLength": 9}]"#).starts_with("/buffers/0"));
+        let missing = with(r#""images": [{"uri": "not%20there.png"}]"#);
+        assert!(missing.starts_with("/images/0/uri") && missing.contains("not there.png"));
+        assert!(with(r#""images": [{"bufferView": 4}]"#).starts_with("/images/0/bufferView"));
+    }
+}
