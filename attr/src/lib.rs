@@ -4,7 +4,9 @@
 mod error;
 mod id;
 mod mesh;
+mod tangent;
 
 pub use error::{Error, Result};
 pub use id::{CornerId, PointId, TriangleId, WedgeId};
 pub use mesh::{Layout, Mesh};
+pub use tangent::{TangentInput, compute_tangents};
