@@ -25,6 +25,7 @@ mod metric;
 mod quadric;
 mod simplify;
 mod solve;
+mod tangent;
 #[cfg(test)]
 mod testing;
 mod topology;
@@ -36,4 +37,5 @@ pub use id::{CornerId, PointId, TriangleId, WedgeId};
 pub use mesh::{Layout, Mesh};
 pub use quadric::{Gradient, PointQuadric};
 pub use simplify::{Options, Stop, Weights};
+pub use tangent::{TangentInput, compute_tangents};
 pub use weld::{Vertices, Welded, weld};

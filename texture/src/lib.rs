@@ -7,6 +7,6 @@ mod plane;
 mod wrap;
 
 pub use error::{Error, Result};
-pub use mips::Mips;
+pub use mips::{Encoding, Level, Mips};
 pub use plane::Plane;
 pub use wrap::Wrap;

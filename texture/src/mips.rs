@@ -1,9 +1,439 @@
-//! An image with its mip maps.
+//! An image with its mip maps, and how a GPU reads it.
+//!
+//! Each level is half the one before, rounded down, made in linear light by the box filter; an odd
+//! axis of 2m + 1 texels goes to m by the polyphase box: texel i is the mean over its exact extent
+//! of 2 + 1/m source texels, so it reads 2i, 2i + 1 and 2i + 2 with weights (m − i, m, i + 1) over
+//! 2m + 1. The mean of an image is therefore the value of its last level.
+//!
+//! An 8-bit image keeps 8 bits in every level, encoded as it came, as on a GPU; the chain itself is
+//! computed in f32 from the unrounded level above, so rounding does not add up. Texels are decoded
+//! before they are interpolated (sRGB textures of OpenGL and Vulkan).
+//!
+//! Not guaranteed: bits equal to a given GPU, whose filters round at 8 bits of fraction.
 
-use crate::Plane;
+use std::sync::LazyLock;
+
+use glam::{Vec2, Vec4};
+use rayon::prelude::*;
+
+use crate::color::{srgb_to_linear, srgb8_to_linear};
+use crate::{Error, Plane, Result, Wrap};
+
+/// What the color channels of 8-bit texels mean; alpha is always linear.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Encoding {
+    /// sRGB-encoded light: base color and emissive textures.
+    Srgb,
+    /// The value itself, 0…1: normals, roughness, occlusion.
+    Linear,
+}
 
 /// An image and its mip maps, each half the size of the one before, down to one texel.
 #[derive(Clone, Debug)]
 pub struct Mips {
-    levels: Vec<Plane>,
+    levels: Vec<Level>,
+}
+
+/// One level of [`Mips`]: an image of four channels.
+#[derive(Clone, Debug)]
+pub struct Level {
+    width: usize,
+    height: usize,
+    texels: Texels,
+}
+
+/// Row-major from the top.
+#[derive(Clone, Debug)]
+enum Texels {
+    Bytes(Vec<[u8; 4]>, Encoding),
+    Floats(Vec<[f32; 4]>),
+}
+
+impl Mips {
+    /// The mip maps of an 8-bit image, `width · height · 4` bytes, row-major from the top. Takes
+    /// 5⅓ bytes per texel of the image.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] if the size is zero or the data has another length.
+    pub fn from_rgba8(
+        width: usize,
+        height: usize,
+        data: &[u8],
+        encoding: Encoding,
+    ) -> Result<Self> {
+        check_size(width, height, 4, data.len())?;
+        let texels = data.chunks_exact(4).map(|t| [t[0], t[1], t[2], t[3]]).collect();
+        let base = Level { width, height, texels: Texels::Bytes(texels, encoding) };
+        Ok(Self::below(base, |floats| {
+            Texels::Bytes(
+                floats.par_iter().map(|texel| encode(*texel, encoding)).collect(),
+                encoding,
+            )
+        }))
+    }
+
+    /// The mip maps of a linear image of 1 (gray), 3 or 4 channels, kept in f32: 21⅓ bytes per
+    /// texel of the image.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] if it is empty or has another number of channels.
+    pub fn from_plane(plane: &Plane) -> Result<Self> {
+        let (width, height, channels) = (plane.width(), plane.height(), plane.channels());
+        check_size(width, height, channels, plane.data().len())?;
+        let widen: fn(&[f32]) -> [f32; 4] = match channels {
+            1 => |t| [t[0], t[0], t[0], 1.0],
+            3 => |t| [t[0], t[1], t[2], 1.0],
+            4 => |t| [t[0], t[1], t[2], t[3]],
+            _ => {
+                let what = format!("{channels} channels; a texture has 1, 3 or 4");
+                return Err(Error::Invalid { what });
+            }
+        };
+        let texels = plane.data().chunks_exact(channels).map(widen).collect();
+        let base = Level { width, height, texels: Texels::Floats(texels) };
+        Ok(Self::below(base, |floats| Texels::Floats(floats.to_vec())))
+    }
+
+    /// The chain below `base`, each level stored as `store` says.
+    fn below(base: Level, store: impl Fn(&[[f32; 4]]) -> Texels) -> Self {
+        let mut levels = vec![base];
+        let mut above: Option<Vec<[f32; 4]>> = None;
+        while let Some(last) = levels.last().filter(|last| last.width.max(last.height) > 1) {
+            let size = [last.width, last.height];
+            let floats = match &above {
+                Some(floats) => halve(size, |x, y| Vec4::from_array(floats[y * size[0] + x])),
+                None => halve(size, |x, y| last.read(x, y)),
+            };
+            let (width, height) = (half(size[0]), half(size[1]));
+            levels.push(Level { width, height, texels: store(&floats) });
+            above = Some(floats);
+        }
+        Self { levels }
+    }
+
+    /// Number of levels, the image itself included.
+    pub fn levels(&self) -> usize {
+        self.levels.len()
+    }
+
+    /// Level `level`; 0 is the image itself.
+    ///
+    /// # Panics
+    /// If there are not as many levels.
+    pub fn level(&self, level: usize) -> &Level {
+        &self.levels[level]
+    }
+
+    /// Bytes of texels held.
+    pub fn bytes(&self) -> usize {
+        let of = |level: &Level| match &level.texels {
+            Texels::Bytes(texels, _) => texels.len() * 4,
+            Texels::Floats(texels) => texels.len() * 16,
+        };
+        self.levels.iter().map(of).sum()
+    }
+
+    /// The level of detail that a GPU picks where a step of one pixel to the right and one down
+    /// moves the UV by `dx` and `dy`: log₂ of the longer step in texels (Vulkan 1.3 §16.5.7,
+    /// isotropic). Below 0 the texture is magnified.
+    pub fn lod(&self, dx: Vec2, dy: Vec2) -> f32 {
+        let size = Vec2::new(self.levels[0].width as f32, self.levels[0].height as f32);
+        0.5 * (dx * size).length_squared().max((dy * size).length_squared()).log2()
+    }
+
+    /// Bilinear sample of one level, decoded. A UV that is not finite reads as 0.
+    ///
+    /// # Panics
+    /// If there are not as many levels.
+    pub fn sample_bilinear(&self, level: usize, uv: Vec2, wrap: [Wrap; 2]) -> [f32; 4] {
+        self.levels[level].bilinear(uv, wrap).to_array()
+    }
+
+    /// Trilinear sample, decoded: linear between the two levels around `lod`, which is held to the
+    /// levels there are. A `lod` or UV that is not a number reads as 0.
+    pub fn sample(&self, uv: Vec2, wrap: [Wrap; 2], lod: f32) -> [f32; 4] {
+        let last = self.levels.len() - 1;
+        let lod = if lod > 0.0 { lod.min(last as f32) } else { 0.0 };
+        let (fine, t) = (lod as usize, lod.fract());
+        let value = self.levels[fine].bilinear(uv, wrap);
+        if t == 0.0 {
+            return value.to_array();
+        }
+        value.lerp(self.levels[fine + 1].bilinear(uv, wrap), t).to_array()
+    }
+}
+
+impl Level {
+    /// Width in texels.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Height in texels.
+    pub fn height(&self) -> usize {
+        self.height
+    }
+
+    /// One texel, decoded to linear.
+    ///
+    /// # Panics
+    /// If it lies outside the image.
+    pub fn texel(&self, x: usize, y: usize) -> [f32; 4] {
+        assert!(x < self.width, "column {x} of an image {} wide", self.width);
+        self.read(x, y).to_array()
+    }
+
+    #[inline]
+    fn read(&self, x: usize, y: usize) -> Vec4 {
+        let index = y * self.width + x;
+        match &self.texels {
+            Texels::Bytes(texels, encoding) => decode(texels[index], *encoding),
+            Texels::Floats(texels) => Vec4::from_array(texels[index]),
+        }
+    }
+
+    #[inline]
+    fn bilinear(&self, uv: Vec2, wrap: [Wrap; 2]) -> Vec4 {
+        let (x0, x1, tx) = taps(uv.x, self.width, wrap[0]);
+        let (y0, y1, ty) = taps(uv.y, self.height, wrap[1]);
+        let top = self.read(x0, y0).lerp(self.read(x1, y0), tx);
+        let bottom = self.read(x0, y1).lerp(self.read(x1, y1), tx);
+        top.lerp(bottom, ty)
+    }
+}
+
+/// The two texels of an axis that a bilinear sample at coordinate `u` reads, and the weight of the
+/// second.
+#[inline]
+fn taps(u: f32, size: usize, wrap: Wrap) -> (usize, usize, f32) {
+    // One period first: exact in floats, and keeps fractions of a texel far from the origin.
+    let u = if wrap == Wrap::Repeat { u - u.floor() } else { u };
+    let at = u * size as f32 - 0.5;
+    let at = if at.is_finite() { at } else { -0.5 };
+    let floor = at.floor();
+    let first = floor as i64;
+    let second = first.saturating_add(1);
+    // The division in `Wrap::texel` costs more than the rest of this function.
+    let inside = |i: i64| if (i as u64) < size as u64 { i as usize } else { wrap.texel(i, size) };
+    (inside(first), inside(second), at - floor)
+}
+
+#[inline]
+fn decode(texel: [u8; 4], encoding: Encoding) -> Vec4 {
+    let [r, g, b, a] = texel;
+    match encoding {
+        Encoding::Srgb => Vec4::new(
+            srgb8_to_linear(r),
+            srgb8_to_linear(g),
+            srgb8_to_linear(b),
+            f32::from(a) / 255.0,
+        ),
+        Encoding::Linear => {
+            Vec4::new(f32::from(r), f32::from(g), f32::from(b), f32::from(a)) / 255.0
+        }
+    }
+}
+
+fn encode(texel: [f32; 4], encoding: Encoding) -> [u8; 4] {
+    let linear = |value: f32| (value * 255.0).round() as u8;
+    match encoding {
+        Encoding::Srgb => [
+            linear_to_srgb8(texel[0]),
+            linear_to_srgb8(texel[1]),
+            linear_to_srgb8(texel[2]),
+            linear(texel[3]),
+        ],
+        Encoding::Linear => texel.map(linear),
+    }
+}
+
+/// The byte whose sRGB value is nearest to linear light in 0…1, nearest in the encoded value.
+///
+/// By table, as a power per texel would be most of the time of a mip chain: `starts` gives the
+/// byte at the beginning of each of 4096 steps of linear light, no step holds more than two bytes'
+/// limits.
+fn linear_to_srgb8(linear: f32) -> u8 {
+    static LIMITS: LazyLock<[f32; 256]> = LazyLock::new(|| {
+        std::array::from_fn(|byte| match byte {
+            255 => f32::INFINITY,
+            _ => srgb_to_linear((byte as f32 + 0.5) / 255.0),
+        })
+    });
+    static STARTS: LazyLock<Vec<u8>> = LazyLock::new(|| {
+        let below = |x: f32| LIMITS.iter().filter(|limit| **limit <= x).count() as u8;
+        (0..=4096u16).map(|step| below(f32::from(step) / 4096.0)).collect()
+    });
+    let mut byte = STARTS[((linear * 4096.0) as usize).min(4096)];
+    while LIMITS[byte as usize] <= linear {
+        byte += 1;
+    }
+    byte
+}
+
+fn half(size: usize) -> usize {
+    (size / 2).max(1)
+}
+
+/// The three source texels of texel `i` when an axis of `size` texels is halved, and their weights.
+fn box_taps(i: usize, size: usize) -> [(usize, f32); 3] {
+    let m = size / 2;
+    match size {
+        1 => [(0, 1.0), (0, 0.0), (0, 0.0)],
+        _ if size % 2 == 0 => [(2 * i, 0.5), (2 * i + 1, 0.5), (2 * i + 1, 0.0)],
+        _ => {
+            let weight = |count: usize| count as f32 / size as f32;
+            [(2 * i, weight(m - i)), (2 * i + 1, weight(m)), (2 * i + 2, weight(i + 1))]
+        }
+    }
+}
+
+/// The next level of an image of `size`, read by `read`.
+fn halve(size: [usize; 2], read: impl Fn(usize, usize) -> Vec4 + Sync) -> Vec<[f32; 4]> {
+    let (width, height) = (half(size[0]), half(size[1]));
+    let columns: Vec<_> = (0..width).map(|x| box_taps(x, size[0])).collect();
+    let mut out = vec![[0.0; 4]; width * height];
+    out.par_chunks_exact_mut(width).enumerate().for_each(|(y, row)| {
+        let rows = box_taps(y, size[1]);
+        for (texel, columns) in row.iter_mut().zip(&columns) {
+            let mut sum = Vec4::ZERO;
+            for &(y, wy) in rows.iter().filter(|row| row.1 > 0.0) {
+                for &(x, wx) in columns.iter().filter(|column| column.1 > 0.0) {
+                    sum += read(x, y) * (wx * wy);
+                }
+            }
+            *texel = sum.to_array();
+        }
+    });
+    out
+}
+
+fn check_size(width: usize, height: usize, channels: usize, len: usize) -> Result<()> {
+    let expected = width.checked_mul(height).and_then(|texels| texels.checked_mul(channels));
+    if expected.is_none_or(|expected| expected == 0 || expected != len) {
+        let what = format!("{len} values for {width} × {height} texels of {channels} channels");
+        return Err(Error::Invalid { what });
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::color::linear_to_srgb;
+
+    const REPEAT: [Wrap; 2] = [Wrap::Repeat; 2];
+
+    /// A row of gray levels in linear light.
+    fn row(values: &[f32]) -> Mips {
+        Mips::from_plane(&Plane::from_vec(values.len(), 1, 1, values.to_vec())).unwrap()
+    }
+
+    #[test]
+    fn a_constant_stays_constant_in_every_level_of_any_size() {
+        let data = [200, 3, 90, 128].repeat(13 * 6);
+        for encoding in [Encoding::Srgb, Encoding::Linear] {
+            let mips = Mips::from_rgba8(13, 6, &data, encoding).unwrap();
+            let sizes: Vec<_> = mips.levels.iter().map(|l| (l.width(), l.height())).collect();
+            assert_eq!(sizes, [(13, 6), (6, 3), (3, 1), (1, 1)]);
+            for level in &mips.levels {
+                assert_eq!(level.texel(0, 0), decode([200, 3, 90, 128], encoding).to_array());
+            }
+        }
+    }
+
+    #[test]
+    fn a_checkerboard_goes_to_the_mean_of_its_light() {
+        let (black, white) = ([0, 0, 0, 255], [255; 4]);
+        let data = [black, white, white, black].concat();
+        let mean = |encoding| {
+            Mips::from_rgba8(2, 2, &data, encoding).unwrap().level(1).texel(0, 0)[0] * 255.0
+        };
+        // 188 is the byte nearest to half the light; half the encoded value would be 128.
+        assert!((mean(Encoding::Srgb) - srgb8_to_linear(188) * 255.0).abs() < 1e-4);
+        assert!((mean(Encoding::Linear) - 128.0).abs() < 1e-4);
+    }
+
+    #[test]
+    fn an_odd_axis_weighs_texels_by_their_share() {
+        let level = row(&[1.0, 0.0, 0.0, 0.0, 0.0]).levels[1].clone();
+        assert_eq!([level.texel(0, 0)[0], level.texel(1, 0)[0]], [0.4, 0.0]);
+        let level = row(&[0.0, 0.0, 1.0, 0.0, 0.0]).levels[1].clone();
+        assert_eq!([level.texel(0, 0)[0], level.texel(1, 0)[0]], [0.2, 0.2]);
+    }
+
+    #[test]
+    fn a_sample_at_a_texel_center_is_that_texel() {
+        let mips = row(&[0.1, 0.5, 0.9, 0.3]);
+        for (x, expected) in [0.1, 0.5, 0.9, 0.3].into_iter().enumerate() {
+            let uv = Vec2::new((x as f32 + 0.5) / 4.0, 0.5);
+            assert_eq!(mips.sample_bilinear(0, uv, REPEAT)[0], expected);
+        }
+        assert_eq!(mips.sample_bilinear(0, Vec2::new(0.25, 0.5), REPEAT)[0], 0.3);
+    }
+
+    #[test]
+    fn beyond_the_edge_the_wrap_mode_decides() {
+        let mips = row(&[0.0, 1.0]);
+        let read = |wrap, u| mips.sample_bilinear(0, Vec2::new(u, 0.5), [wrap; 2])[0];
+        assert_eq!([read(Wrap::Repeat, 1.25), read(Wrap::Repeat, 1.0)], [0.0, 0.5]);
+        assert_eq!([read(Wrap::Mirror, 1.25), read(Wrap::Mirror, 1.0)], [1.0, 1.0]);
+        assert_eq!([read(Wrap::Clamp, 7.0), read(Wrap::Clamp, -7.0)], [1.0, 0.0]);
+    }
+
+    #[test]
+    fn a_lod_between_levels_mixes_them() {
+        let mips = row(&[0.0, 1.0]);
+        let read = |lod| mips.sample(Vec2::new(0.25, 0.5), REPEAT, lod)[0];
+        assert_eq!(
+            [read(-3.0), read(0.0), read(0.5), read(1.0), read(9.0)],
+            [0.0, 0.0, 0.25, 0.5, 0.5]
+        );
+    }
+
+    #[test]
+    fn the_lod_is_the_log_of_the_longer_step_in_texels() {
+        let mips = Mips::from_plane(&Plane::new(64, 16, 4)).unwrap();
+        assert_eq!(mips.lod(Vec2::new(1.0 / 64.0, 0.0), Vec2::new(0.0, 1.0 / 16.0)), 0.0);
+        assert_eq!(mips.lod(Vec2::new(1.0 / 64.0, 0.0), Vec2::new(0.0, 0.25)), 2.0);
+    }
+
+    #[test]
+    fn what_is_not_an_image_is_refused() {
+        assert!(Mips::from_rgba8(0, 4, &[], Encoding::Srgb).is_err());
+        assert!(Mips::from_rgba8(1, 1, &[0; 3], Encoding::Srgb).is_err());
+        assert!(Mips::from_plane(&Plane::new(2, 2, 2)).is_err());
+    }
+
+    proptest! {
+        #[test]
+        fn the_last_level_is_the_mean(
+            width in 1usize..20, height in 1usize..20, seed in any::<u32>(),
+        ) {
+            let value = |i: usize| ((i as u32).wrapping_mul(seed | 1) >> 8 & 0xff) as f32 / 255.0;
+            let data: Vec<f32> = (0..width * height).map(value).collect();
+            let mean = data.iter().sum::<f32>() / data.len() as f32;
+            let mips = Mips::from_plane(&Plane::from_vec(width, height, 1, data)).unwrap();
+            let last = mips.level(mips.levels() - 1).texel(0, 0)[0];
+            prop_assert!((last - mean).abs() < 1e-5, "{last} is not {mean}");
+        }
+
+        #[test]
+        fn the_byte_by_table_is_the_byte_by_power(linear in 0.0f32..=1.0) {
+            let exact = linear_to_srgb(linear) * 255.0;
+            prop_assert!((f32::from(linear_to_srgb8(linear)) - exact).abs() < 0.5001);
+        }
+
+        #[test]
+        fn no_uv_or_lod_gives_anything_but_a_number(
+            u in any::<f32>(), v in any::<f32>(), lod in any::<f32>(),
+        ) {
+            let mips = Mips::from_rgba8(3, 5, &[77; 60], Encoding::Linear).unwrap();
+            for wrap in [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp] {
+                let value = mips.sample(Vec2::new(u, v), [wrap; 2], lod)[0];
+                prop_assert!((value - 77.0 / 255.0).abs() < 1e-5);
+            }
+        }
+    }
 }
