@@ -64,6 +64,7 @@ pub fn read(asset: &Asset, index: usize, at: &str) -> Result<Elements> {
 }
 
 /// `count` elements of `size` bytes, from `offset` on.
+#[derive(Clone, Copy)]
 struct Run {
     offset: u64,
     count: usize,
@@ -190,7 +191,7 @@ mod tests {
     use super::*;
     use serde_json::{Value, json};
 
-    fn asset(accessor: Value, views: Value, bytes: &[u8]) -> Asset {
+    fn asset(accessor: &Value, views: &Value, bytes: &[u8]) -> Asset {
         Asset {
             json: json!({"accessors": [accessor], "bufferViews": views}),
             buffers: vec![bytes.to_vec()],
@@ -198,7 +199,7 @@ mod tests {
         }
     }
 
-    fn floats(accessor: Value, views: Value, bytes: &[u8]) -> Vec<f32> {
+    fn floats(accessor: &Value, views: &Value, bytes: &[u8]) -> Vec<f32> {
         read(&asset(accessor, views, bytes), 0, "/test").unwrap().floats()
     }
 
@@ -208,7 +209,7 @@ mod tests {
         let read = |component: u32, count: u32, normalized: bool, bytes: &[u8]| {
             let accessor = json!({"bufferView": 0, "componentType": component, "count": count,
                 "type": "SCALAR", "normalized": normalized});
-            floats(accessor, view.clone(), bytes)
+            floats(&accessor, &view, bytes)
         };
         assert_eq!(read(5121, 2, true, &[255, 51, 0, 0]), [1.0, 0.2]);
         assert_eq!(read(5121, 2, false, &[255, 51, 0, 0]), [255.0, 51.0]);
@@ -224,7 +225,7 @@ mod tests {
         let accessor = json!({"bufferView": 0, "componentType": 5121, "count": 2, "type": "VEC3",
             "byteOffset": 1});
         let views = json!([{"buffer": 0, "byteLength": 8, "byteStride": 4}]);
-        assert_eq!(floats(accessor, views, &[0, 1, 2, 3, 0, 4, 5, 6]), [1., 2., 3., 4., 5., 6.]);
+        assert_eq!(floats(&accessor, &views, &[0, 1, 2, 3, 0, 4, 5, 6]), [1., 2., 3., 4., 5., 6.]);
     }
 
     #[test]
@@ -234,7 +235,7 @@ mod tests {
         let accessor =
             json!({"componentType": 5121, "count": 3, "type": "SCALAR", "sparse": sparse});
         let views = json!([{"buffer": 0, "byteLength": 1}, {"buffer": 0, "byteOffset": 1, "byteLength": 1}]);
-        assert_eq!(floats(accessor, views, &[2, 9]), [0.0, 0.0, 9.0]);
+        assert_eq!(floats(&accessor, &views, &[2, 9]), [0.0, 0.0, 9.0]);
     }
 
     #[test]
@@ -243,11 +244,11 @@ mod tests {
         for (count, offset) in [(3u64, 0u64), (2, 1), (u64::MAX, 0), (1, u64::MAX)] {
             let accessor = json!({"bufferView": 0, "componentType": 5126, "count": count,
                 "type": "SCALAR", "byteOffset": offset});
-            let error = read(&asset(accessor, views.clone(), &[0; 8]), 0, "/test").unwrap_err();
+            let error = read(&asset(&accessor, &views, &[0; 8]), 0, "/test").unwrap_err();
             assert!(error.to_string().starts_with("/accessors/0"), "{error}");
         }
         let zeros = json!({"componentType": 5126, "count": u64::MAX, "type": "VEC4"});
-        assert!(read(&asset(zeros, json!([]), &[]), 0, "/test").is_err());
-        assert!(read(&asset(json!({}), json!([]), &[]), 7, "/test").is_err());
+        assert!(read(&asset(&zeros, &json!([]), &[]), 0, "/test").is_err());
+        assert!(read(&asset(&json!({}), &json!([]), &[]), 7, "/test").is_err());
     }
 }

@@ -21,6 +21,9 @@ const SUPPORTED: &[&str] = &[
     "MSFT_lod",
 ];
 
+/// Bytes of a GLB's own header and that of its first chunk.
+const GLB_HEADERS: usize = 20;
+
 /// Reads an asset with all its buffers and images.
 ///
 /// # Errors
@@ -37,8 +40,11 @@ pub fn read(path: &Path) -> Result<Asset> {
 /// As [`read`].
 pub fn read_bytes(bytes: &[u8], folder: &Path) -> Result<Asset> {
     let (json, chunk) = if bytes.starts_with(b"glTF") {
-        let glb = gltf::Glb::from_slice(bytes)
-            .map_err(|error| Error::invalid("the GLB container", error.to_string()))?;
+        let invalid = |what: String| Error::invalid("the GLB container", what);
+        if bytes.len() < GLB_HEADERS || length_of(bytes) < GLB_HEADERS {
+            return Err(invalid("it ends before its first chunk".into()));
+        }
+        let glb = gltf::Glb::from_slice(bytes).map_err(|error| invalid(error.to_string()))?;
         (glb.json, glb.bin)
     } else {
         (bytes.into(), None)
@@ -46,6 +52,7 @@ pub fn read_bytes(bytes: &[u8], folder: &Path) -> Result<Asset> {
     let json: Value = serde_json::from_slice(&json)
         .map_err(|error| Error::invalid("the JSON document", error.to_string()))?;
     check_version(&json)?;
+    check_shape(&json)?;
     check_extensions(&json)?;
     let mut asset = Asset { json, buffers: Vec::new(), images: Vec::new() };
     for index in 0..asset.count("buffers") {
@@ -59,12 +66,75 @@ pub fn read_bytes(bytes: &[u8], folder: &Path) -> Result<Asset> {
     Ok(asset)
 }
 
+/// The length that a GLB's header announces.
+fn length_of(glb: &[u8]) -> usize {
+    u32::from_le_bytes([glb[8], glb[9], glb[10], glb[11]]) as usize
+}
+
 fn check_version(json: &Value) -> Result<()> {
     match json.pointer("/asset/version").and_then(Value::as_str) {
         Some(version) if version.starts_with("2.") => Ok(()),
         Some(version) => Err(Error::Unsupported { what: format!("glTF version {version}") }),
         None => Err(Error::invalid("/asset/version", "there is none: not a glTF document")),
     }
+}
+
+/// Checks that lists are lists and objects are objects wherever a later stage changes them.
+fn check_shape(json: &Value) -> Result<()> {
+    let lists = [
+        "accessors",
+        "animations",
+        "bufferViews",
+        "buffers",
+        "images",
+        "materials",
+        "meshes",
+        "nodes",
+        "samplers",
+        "scenes",
+        "skins",
+        "textures",
+    ];
+    for list in lists {
+        check_objects(json, list, "")?;
+    }
+    for key in ["extensionsUsed", "extensionsRequired"] {
+        if json.get(key).is_some_and(|names| !names.is_array()) {
+            return Err(Error::invalid(format!("/{key}"), "not a list"));
+        }
+    }
+    for (index, mesh) in json["meshes"].as_array().into_iter().flatten().enumerate() {
+        let at = format!("/meshes/{index}");
+        check_objects(mesh, "primitives", &at)?;
+        for (part, primitive) in mesh["primitives"].as_array().into_iter().flatten().enumerate() {
+            check_objects(primitive, "targets", &format!("{at}/primitives/{part}"))?;
+        }
+    }
+    for (index, node) in json["nodes"].as_array().into_iter().flatten().enumerate() {
+        if node.get("children").is_some_and(|children| !children.is_array()) {
+            return Err(Error::invalid(format!("/nodes/{index}/children"), "not a list"));
+        }
+    }
+    Ok(())
+}
+
+/// Checks that what stands under `key`, if anything, is a list of objects, and that their
+/// extensions are objects.
+fn check_objects(parent: &Value, key: &str, at: &str) -> Result<()> {
+    let Some(list) = parent.get(key) else {
+        return Ok(());
+    };
+    let at = format!("{at}/{key}");
+    let list = list.as_array().ok_or_else(|| Error::invalid(&at, "not a list"))?;
+    for (index, object) in list.iter().enumerate() {
+        if !object.is_object() {
+            return Err(Error::invalid(format!("{at}/{index}"), "not an object"));
+        }
+        if object.get("extensions").is_some_and(|extensions| !extensions.is_object()) {
+            return Err(Error::invalid(format!("{at}/{index}/extensions"), "not an object"));
+        }
+    }
+    Ok(())
 }
 
 fn check_extensions(json: &Value) -> Result<()> {
@@ -160,6 +230,10 @@ mod tests {
     #[test]
     fn each_fault_is_named_with_its_place() {
         assert!(error("{").contains("JSON"));
+        for length in 0..20 {
+            let glb = b"glTF\x02\0\0\0\x03\0\0\0\x09\0\0\0JSON";
+            assert!(read_bytes(&glb[..length.max(4)], Path::new("")).is_err());
+        }
         assert!(error("{}").contains("/asset/version"));
         assert!(error(r#"{"asset": {"version": "1.0"}}"#).contains("glTF version 1.0"));
         let with = |rest: &str| error(&format!(r#"{{"asset": {{"version": "2.0"}}, {rest}}}"#));
@@ -167,6 +241,8 @@ mod tests {
             with(r#""extensionsRequired": ["EXT_meshopt_compression"]"#)
                 .contains("EXT_meshopt_compression")
         );
+        assert!(with(r#""nodes": [{}, {"extensions": 5}]"#).starts_with("/nodes/1/extensions"));
+        assert!(with(r#""meshes": [{"primitives": [7]}]"#).starts_with("/meshes/0/primitives/0"));
         assert!(with(r#""buffers": [{"byteLength": 9}]"#).starts_with("/buffers/0"));
         let missing = with(r#""images": [{"uri": "not%20there.png"}]"#);
         assert!(missing.starts_with("/images/0/uri") && missing.contains("not there.png"));

@@ -1,0 +1,246 @@
+//! Levels of detail as documents: one self-contained asset per level, and one with the source and
+//! all levels, linked by the extension `MSFT_lod`.
+
+use std::collections::BTreeSet;
+
+use serde_json::{Map, Value, json};
+
+use crate::asset::{Asset, EncodedImage};
+use crate::error::{Error, Result};
+use crate::geometry::{Geometry, LevelPart};
+use crate::pack::Packer;
+use crate::primitive::Primitive;
+
+/// One level of a mesh, ready to be written.
+#[derive(Clone, Debug)]
+pub struct LevelMesh<'a> {
+    /// The source.
+    pub geometry: &'a Geometry,
+    /// One per part of the source.
+    pub parts: Vec<Option<LevelPart>>,
+}
+
+/// The asset with the surfaces of its meshes replaced by one level of each, and its images by
+/// `images`.
+///
+/// # Errors
+/// [`Error::Invalid`] if the document's meshes are malformed.
+pub fn level_asset(
+    asset: &Asset,
+    meshes: &[LevelMesh<'_>],
+    images: &[EncodedImage],
+) -> Result<Asset> {
+    let mut packer = Packer::new(asset, &replaced_accessors(asset, meshes)?);
+    for mesh in meshes {
+        let index = mesh.geometry.mesh;
+        let source = asset.json["meshes"][index]["primitives"].clone();
+        let primitives = level_primitives(&mut packer, &source, mesh)?;
+        packer.json()["meshes"][index]["primitives"] = primitives;
+    }
+    for (index, image) in images.iter().enumerate() {
+        packer.set_image(index, image.clone());
+    }
+    Ok(packer.finish())
+}
+
+/// The asset as it is, its images replaced by `images`, with every level of its meshes beside it:
+/// each node with such a mesh names a node for each level, in `MSFT_lod`.
+///
+/// `levels` holds one entry per level, the finest first, each with the same meshes in the same
+/// order.
+///
+/// # Errors
+/// [`Error::Invalid`] if the document's meshes or nodes are malformed.
+pub fn chain_asset(
+    asset: &Asset,
+    levels: &[Vec<LevelMesh<'_>>],
+    images: &[EncodedImage],
+) -> Result<Asset> {
+    let mut packer = Packer::new(asset, &[]);
+    let mut level_meshes = vec![Vec::new(); asset.count("meshes")];
+    for (level, meshes) in levels.iter().enumerate() {
+        for mesh in meshes {
+            let source = asset.json["meshes"][mesh.geometry.mesh].clone();
+            let primitives = level_primitives(&mut packer, &source["primitives"], mesh)?;
+            let mut json = source;
+            json["primitives"] = primitives;
+            add_suffix(&mut json, level + 1);
+            level_meshes[mesh.geometry.mesh].push(push(packer.json(), "meshes", json)?);
+        }
+    }
+    for node in 0..asset.count("nodes") {
+        let mesh = asset.reference(&format!("/nodes/{node}"), "mesh", "meshes")?;
+        if let Some(levels) = mesh.map(|mesh| &level_meshes[mesh]).filter(|l| !l.is_empty()) {
+            link_levels(packer.json(), node, levels)?;
+        }
+    }
+    name_extension(packer.json(), "MSFT_lod");
+    for (index, image) in images.iter().enumerate() {
+        packer.set_image(index, image.clone());
+    }
+    Ok(packer.finish())
+}
+
+/// The accessors of the surfaces that nothing else in the document refers to.
+fn replaced_accessors(asset: &Asset, meshes: &[LevelMesh<'_>]) -> Result<Vec<usize>> {
+    let (mut replaced, mut kept) = (BTreeSet::new(), BTreeSet::new());
+    for mesh in 0..asset.count("meshes") {
+        let is_replaced = meshes.iter().any(|level| level.geometry.mesh == mesh);
+        for primitive in Primitive::of_mesh(asset, mesh)? {
+            let used =
+                if is_replaced && primitive.is_surface() { &mut replaced } else { &mut kept };
+            used.extend(primitive.indices);
+            used.extend(primitive.attributes.iter().map(|&(_, accessor)| accessor));
+            used.extend(primitive.targets.iter().flatten().map(|&(_, accessor)| accessor));
+        }
+    }
+    for list in ["animations", "skins", "nodes"] {
+        collect_accessors(asset.json.get(list).unwrap_or(&Value::Null), &mut kept);
+    }
+    Ok(replaced.difference(&kept).copied().collect())
+}
+
+/// Every accessor named in animations, skins and instanced nodes.
+fn collect_accessors(json: &Value, found: &mut BTreeSet<usize>) {
+    match json {
+        Value::Object(object) => {
+            for (key, value) in object {
+                let index = value.as_u64().map(|index| index as usize);
+                match (key.as_str(), index) {
+                    ("input" | "output" | "inverseBindMatrices", Some(index)) => {
+                        found.insert(index);
+                    }
+                    ("attributes", None) => {
+                        let attributes = value.as_object().into_iter().flat_map(Map::values);
+                        found.extend(attributes.filter_map(Value::as_u64).map(|i| i as usize));
+                    }
+                    _ => collect_accessors(value, found),
+                }
+            }
+        }
+        Value::Array(list) => list.iter().for_each(|value| collect_accessors(value, found)),
+        _ => {}
+    }
+}
+
+/// The primitives of a mesh with its surface parts replaced; points and lines stay.
+fn level_primitives(packer: &mut Packer, source: &Value, mesh: &LevelMesh<'_>) -> Result<Value> {
+    let mut primitives = Vec::new();
+    for (index, json) in source.as_array().into_iter().flatten().enumerate() {
+        let part = mesh.geometry.parts.iter().position(|part| part.primitive.index == index);
+        match part.map(|part| &mesh.parts[part]) {
+            None => primitives.push(json.clone()),
+            Some(None) => {}
+            Some(Some(part)) => primitives.push(level_primitive(packer, json, part)?),
+        }
+    }
+    Ok(Value::Array(primitives))
+}
+
+fn level_primitive(packer: &mut Packer, source: &Value, part: &LevelPart) -> Result<Value> {
+    let mut json = source.clone();
+    let object = json.as_object_mut().ok_or_else(|| Error::Internal {
+        what: "a primitive that was read is not an object".into(),
+    })?;
+    let mut add_all = |attributes: &[(String, crate::accessor::Elements)]| {
+        let add = |(name, elements): &(String, crate::accessor::Elements)| {
+            (name.clone(), json!(packer.add_vertices(elements, name == "POSITION")))
+        };
+        Value::Object(attributes.iter().map(add).collect())
+    };
+    object.insert("attributes".into(), add_all(&part.attributes));
+    if !part.targets.is_empty() {
+        let targets = part.targets.iter().map(|target| add_all(target)).collect();
+        object.insert("targets".into(), Value::Array(targets));
+    }
+    object.insert("indices".into(), json!(packer.add_indices(&part.indices)));
+    object.shift_remove("mode");
+    if let Some(extensions) = object.get_mut("extensions").and_then(Value::as_object_mut) {
+        extensions.shift_remove("KHR_draco_mesh_compression");
+        if extensions.is_empty() {
+            object.shift_remove("extensions");
+        }
+    }
+    Ok(json)
+}
+
+/// Adds a node for each level and names them in the node's `MSFT_lod`.
+///
+/// Levels replace their node as a whole, its children too. So where a node has children, its mesh
+/// first moves to a child of its own, together with what belongs to the mesh.
+fn link_levels(json: &mut Value, node: usize, meshes: &[usize]) -> Result<()> {
+    let has_children = json["nodes"][node].get("children").is_some();
+    let node = if has_children { hoist_mesh(json, node)? } else { node };
+    let mut ids = Vec::with_capacity(meshes.len());
+    for (level, mesh) in meshes.iter().enumerate() {
+        let mut copy = json["nodes"][node].clone();
+        copy["mesh"] = json!(mesh);
+        if let Some(extensions) = copy.get_mut("extensions").and_then(Value::as_object_mut) {
+            extensions.shift_remove("MSFT_lod");
+        }
+        add_suffix(&mut copy, level + 1);
+        ids.push(push(json, "nodes", copy)?);
+    }
+    json["nodes"][node]["extensions"]["MSFT_lod"] = json!({"ids": ids});
+    Ok(())
+}
+
+/// Moves a node's mesh, skin and morph weights to a new child; animations of the weights follow.
+fn hoist_mesh(json: &mut Value, node: usize) -> Result<usize> {
+    let mut child = Map::new();
+    let parent = json["nodes"][node]
+        .as_object_mut()
+        .ok_or_else(|| Error::invalid(format!("/nodes/{node}"), "not an object"))?;
+    if let Some(name) = parent.get("name").and_then(Value::as_str) {
+        child.insert("name".into(), json!(format!("{name}_mesh")));
+    }
+    for key in ["mesh", "skin", "weights"] {
+        child.extend(parent.shift_remove(key).map(|value| (key.to_owned(), value)));
+    }
+    let instancing = parent
+        .get_mut("extensions")
+        .and_then(|extensions| extensions.as_object_mut()?.shift_remove("EXT_mesh_gpu_instancing"));
+    if let Some(instancing) = instancing {
+        child.insert("extensions".into(), json!({"EXT_mesh_gpu_instancing": instancing}));
+    }
+    let child = push(json, "nodes", Value::Object(child))?;
+    if let Some(children) = json["nodes"][node]["children"].as_array_mut() {
+        children.push(json!(child));
+    }
+    let animations = json.get_mut("animations").and_then(Value::as_array_mut);
+    for animation in animations.into_iter().flatten() {
+        let channels = animation.get_mut("channels").and_then(Value::as_array_mut);
+        for target in channels.into_iter().flatten().filter_map(|c| c.get_mut("target")) {
+            if target["node"] == json!(node) && target["path"] == "weights" {
+                target["node"] = json!(child);
+            }
+        }
+    }
+    Ok(child)
+}
+
+/// Marks the name of a level's object.
+fn add_suffix(json: &mut Value, level: usize) {
+    if let Some(name) = json.get("name").and_then(Value::as_str) {
+        json["name"] = json!(format!("{name}_lod{level}"));
+    }
+}
+
+/// Appends an object to a list of the document.
+fn push(json: &mut Value, list: &str, object: Value) -> Result<usize> {
+    let list = json[list]
+        .as_array_mut()
+        .ok_or_else(|| Error::invalid(format!("/{list}"), "not a list"))?;
+    list.push(object);
+    Ok(list.len() - 1)
+}
+
+/// Lists an extension among those used.
+fn name_extension(json: &mut Value, name: &str) {
+    let used = &mut json["extensionsUsed"];
+    match used.as_array_mut() {
+        Some(used) if used.iter().any(|own| own == name) => {}
+        Some(used) => used.push(json!(name)),
+        None => *used = json!([name]),
+    }
+}

@@ -1,0 +1,355 @@
+//! Putting new accessors, buffer views and images into a document, and all of its bytes into one
+//! buffer.
+//!
+//! Indices of accessors and buffer views never change, so a reference from an extension that we do
+//! not know stays true. A slot that an edit sets free is used for the next new object; what is left
+//! over is cut off at the end of its list, or becomes a few zero bytes.
+
+use std::collections::BTreeSet;
+
+use gltf::json::accessor::ComponentType;
+use serde_json::{Value, json};
+
+use crate::accessor::Elements;
+use crate::asset::{Asset, EncodedImage};
+use crate::error::{Error, Result};
+
+/// What the bytes of a buffer view are for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Target {
+    /// `ARRAY_BUFFER`.
+    Vertices,
+    /// `ELEMENT_ARRAY_BUFFER`.
+    Indices,
+}
+
+/// An asset that is being changed. New bytes are gathered in a buffer of their own until
+/// [`Packer::finish`].
+pub(crate) struct Packer {
+    asset: Asset,
+    free_accessors: Vec<usize>,
+    free_views: Vec<usize>,
+    bytes: Vec<u8>,
+}
+
+impl Packer {
+    /// Starts to change a copy of `asset`, of which the given accessors are about to be replaced.
+    pub(crate) fn new(asset: &Asset, replaced: &[usize]) -> Self {
+        let mut asset = asset.clone();
+        let mut free_accessors: Vec<usize> = replaced.to_vec();
+        free_accessors.sort_unstable_by(|a, b| b.cmp(a));
+        free_accessors.dedup();
+        let before = used_views(&asset.json);
+        for &accessor in &free_accessors {
+            asset.json["accessors"][accessor] = empty_accessor();
+        }
+        let after = used_views(&asset.json);
+        let mut free_views: Vec<usize> = before.difference(&after).copied().collect();
+        free_views.reverse();
+        Self { asset, free_accessors, free_views, bytes: Vec::new() }
+    }
+
+    /// The document, to change.
+    pub(crate) fn json(&mut self) -> &mut Value {
+        &mut self.asset.json
+    }
+
+    /// Replaces an image.
+    pub(crate) fn set_image(&mut self, index: usize, image: EncodedImage) {
+        self.asset.images[index] = image;
+    }
+
+    /// Adds vertex data. Elements are padded to four bytes, as glTF 2.0 §3.6.2.4 asks.
+    pub(crate) fn add_vertices(&mut self, elements: &Elements, bounds: bool) -> usize {
+        let size = elements.size();
+        let stride = size.next_multiple_of(4);
+        let bytes = if stride == size {
+            elements.bytes.clone()
+        } else {
+            let pad = |element: &[u8]| [element, &[0; 3][..stride - size]].concat();
+            elements.bytes.chunks_exact(size).flat_map(pad).collect()
+        };
+        let view = self.add_view(&bytes, Target::Vertices, (stride != size).then_some(stride));
+        let mut accessor = json!({
+            "bufferView": view,
+            "componentType": elements.component.as_gl_enum(),
+            "count": elements.count(),
+            "type": type_name(elements.components),
+        });
+        if elements.normalized {
+            accessor["normalized"] = json!(true);
+        }
+        if bounds {
+            let (low, high) = self::bounds(elements);
+            accessor["min"] = json!(low);
+            accessor["max"] = json!(high);
+        }
+        self.add_accessor(accessor)
+    }
+
+    /// Adds indices, in 16 bits where they fit; 65,535 itself restarts a primitive.
+    pub(crate) fn add_indices(&mut self, indices: &[u32]) -> usize {
+        let narrow = indices.iter().all(|&index| index < 65_535);
+        let (bytes, component): (Vec<u8>, _) = if narrow {
+            let bytes = indices.iter().flat_map(|&index| (index as u16).to_le_bytes());
+            (bytes.collect(), ComponentType::U16)
+        } else {
+            (indices.iter().flat_map(|index| index.to_le_bytes()).collect(), ComponentType::U32)
+        };
+        let view = self.add_view(&bytes, Target::Indices, None);
+        self.add_accessor(json!({
+            "bufferView": view,
+            "componentType": component.as_gl_enum(),
+            "count": indices.len(),
+            "type": "SCALAR",
+        }))
+    }
+
+    fn add_accessor(&mut self, accessor: Value) -> usize {
+        put(&mut self.asset.json, "accessors", self.free_accessors.pop(), accessor)
+    }
+
+    fn add_view(&mut self, bytes: &[u8], target: Target, stride: Option<usize>) -> usize {
+        self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
+        let mut view = json!({
+            "buffer": self.asset.buffers.len(),
+            "byteOffset": self.bytes.len(),
+            "byteLength": bytes.len(),
+        });
+        if let Some(stride) = stride {
+            view["byteStride"] = json!(stride);
+        }
+        view["target"] = json!(match target {
+            Target::Vertices => 34962,
+            Target::Indices => 34963,
+        });
+        self.bytes.extend_from_slice(bytes);
+        put(&mut self.asset.json, "bufferViews", self.free_views.pop(), view)
+    }
+
+    /// The changed asset, with the new bytes as its last buffer.
+    pub(crate) fn finish(mut self) -> Asset {
+        trim(&mut self.asset.json, "accessors", &mut self.free_accessors);
+        trim(&mut self.asset.json, "bufferViews", &mut self.free_views);
+        for slot in self.free_views {
+            let start = self.bytes.len().next_multiple_of(4);
+            self.bytes.resize(start + 4, 0);
+            self.asset.json["bufferViews"][slot] = json!({
+                "buffer": self.asset.buffers.len(), "byteOffset": start, "byteLength": 4,
+            });
+        }
+        if !self.bytes.is_empty() {
+            let length = self.bytes.len();
+            put(&mut self.asset.json, "buffers", None, json!({"byteLength": length}));
+            self.asset.buffers.push(self.bytes);
+        }
+        self.asset
+    }
+}
+
+/// An accessor that needs no bytes.
+fn empty_accessor() -> Value {
+    json!({"componentType": 5121, "count": 1, "type": "SCALAR"})
+}
+
+/// Puts an object into a free slot of a list, or at its end.
+fn put(json: &mut Value, list: &str, slot: Option<usize>, object: Value) -> usize {
+    let list = &mut json[list];
+    if list.is_null() {
+        *list = json!([]);
+    }
+    let list = list.as_array_mut().expect("the lists of a document that was read are lists");
+    match slot {
+        Some(slot) => {
+            list[slot] = object;
+            slot
+        }
+        None => {
+            list.push(object);
+            list.len() - 1
+        }
+    }
+}
+
+/// Cuts free slots off the end of a list.
+fn trim(json: &mut Value, name: &str, free: &mut Vec<usize>) {
+    let Some(list) = json.get_mut(name).and_then(Value::as_array_mut) else {
+        return;
+    };
+    while let Some(position) = free.iter().position(|&slot| slot + 1 == list.len()) {
+        free.remove(position);
+        list.pop();
+    }
+    if list.is_empty()
+        && let Some(document) = json.as_object_mut()
+    {
+        document.shift_remove(name);
+    }
+}
+
+/// Every buffer view that the document refers to, by the key that all references to one have.
+fn used_views(json: &Value) -> BTreeSet<usize> {
+    fn collect(json: &Value, views: &mut BTreeSet<usize>) {
+        match json {
+            Value::Object(object) => {
+                for (key, value) in object {
+                    match value.as_u64() {
+                        Some(index) if key == "bufferView" => {
+                            views.insert(index as usize);
+                        }
+                        _ => collect(value, views),
+                    }
+                }
+            }
+            Value::Array(list) => list.iter().for_each(|value| collect(value, views)),
+            _ => {}
+        }
+    }
+    let mut views = BTreeSet::new();
+    collect(json, &mut views);
+    views
+}
+
+fn type_name(components: usize) -> &'static str {
+    ["SCALAR", "VEC2", "VEC3", "VEC4"][components - 1]
+}
+
+/// Least and greatest value of each component, of floats as they are stored.
+fn bounds(elements: &Elements) -> (Vec<f32>, Vec<f32>) {
+    let mut low = vec![f32::INFINITY; elements.components];
+    let mut high = vec![f32::NEG_INFINITY; elements.components];
+    let raw = Elements { normalized: false, ..elements.clone() };
+    for element in raw.floats().chunks_exact(elements.components) {
+        for (component, &x) in element.iter().enumerate() {
+            low[component] = low[component].min(x);
+            high[component] = high[component].max(x);
+        }
+    }
+    (low, high)
+}
+
+/// Brings all bytes that the document refers to, images among them, into one buffer.
+///
+/// # Errors
+/// [`Error::Invalid`] if a view runs past its buffer.
+pub(crate) fn join_buffers(asset: &Asset) -> Result<Asset> {
+    let mut json = asset.json.clone();
+    let mut bytes = Vec::new();
+    let mut append = |data: &[u8]| {
+        bytes.resize(usize::next_multiple_of(bytes.len(), 4), 0);
+        let start = bytes.len();
+        bytes.extend_from_slice(data);
+        start
+    };
+    let image_views: Vec<Option<usize>> = (0..asset.images.len())
+        .map(|index| asset.reference(&format!("/images/{index}"), "bufferView", "bufferViews"))
+        .collect::<Result<_>>()?;
+    for index in 0..asset.count("bufferViews") {
+        let image = image_views.iter().position(|&view| view == Some(index));
+        let data = match image {
+            Some(image) => asset.images[image].bytes.as_slice(),
+            None => asset.view(index)?.0,
+        };
+        let view = &mut json["bufferViews"][index];
+        view["buffer"] = json!(0);
+        view["byteOffset"] = json!(append(data));
+        view["byteLength"] = json!(data.len());
+    }
+    for (index, image) in asset.images.iter().enumerate() {
+        if image_views[index].is_none() {
+            let view = json!({"buffer": 0, "byteOffset": append(&image.bytes),
+                "byteLength": image.bytes.len()});
+            let view = put(&mut json, "bufferViews", None, view);
+            let image = json["images"][index]
+                .as_object_mut()
+                .ok_or_else(|| Error::invalid(format!("/images/{index}"), "not an object"))?;
+            image.shift_remove("uri");
+            image.insert("bufferView".into(), json!(view));
+        }
+        json["images"][index]["mimeType"] = json!(image.format.mime());
+    }
+    if bytes.is_empty() {
+        json.as_object_mut().map(|document| document.shift_remove("buffers"));
+        return Ok(Asset { json, buffers: Vec::new(), images: asset.images.clone() });
+    }
+    json["buffers"] = json!([{"byteLength": bytes.len()}]);
+    Ok(Asset { json, buffers: vec![bytes], images: asset.images.clone() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::accessor;
+    use crate::asset::ImageFormat;
+
+    fn floats(values: &[f32], components: usize) -> Elements {
+        Elements {
+            bytes: values.iter().flat_map(|x| x.to_le_bytes()).collect(),
+            component: ComponentType::F32,
+            components,
+            normalized: false,
+        }
+    }
+
+    fn asset() -> Asset {
+        Asset {
+            json: json!({
+                "accessors": [
+                    {"bufferView": 0, "componentType": 5121, "count": 2, "type": "SCALAR"},
+                    {"bufferView": 1, "componentType": 5121, "count": 2, "type": "SCALAR"},
+                ],
+                "bufferViews": [
+                    {"buffer": 0, "byteLength": 2},
+                    {"buffer": 0, "byteLength": 2, "byteOffset": 2},
+                ],
+                "buffers": [{"byteLength": 4}],
+                "images": [{"uri": "a.png"}],
+            }),
+            buffers: vec![vec![1, 2, 3, 4]],
+            images: vec![EncodedImage { bytes: vec![9], format: ImageFormat::Png }],
+        }
+    }
+
+    #[test]
+    fn what_is_written_is_read_back() {
+        let mut packer = Packer::new(&asset(), &[0]);
+        let positions = floats(&[0.0, 1.0, 2.0, -3.0, 4.0, 5.0], 3);
+        let first = packer.add_vertices(&positions, true);
+        let second = packer.add_indices(&[0, 70_000]);
+        assert_eq!((first, second), (0, 2), "the free slot first, then the end");
+        let joined = join_buffers(&packer.finish()).unwrap();
+        assert_eq!(accessor::read(&joined, 0, "").unwrap(), positions);
+        assert_eq!(joined.json["accessors"][0]["min"], json!([-3.0, 1.0, 2.0]));
+        assert_eq!(accessor::read(&joined, 1, "").unwrap().bytes, [3, 4], "untouched");
+        assert_eq!(accessor::read(&joined, 2, "").unwrap().indices("").unwrap(), [0, 70_000]);
+        assert_eq!(joined.buffers.len(), 1);
+        assert!(joined.json["images"][0].get("uri").is_none());
+    }
+
+    #[test]
+    fn small_indices_take_two_bytes_and_small_elements_are_padded() {
+        let mut packer = Packer::new(&asset(), &[]);
+        let indices = packer.add_indices(&[0, 65_534]);
+        let color = Elements {
+            bytes: vec![1, 2, 3, 4, 5, 6],
+            component: ComponentType::U8,
+            components: 3,
+            normalized: true,
+        };
+        let colors = packer.add_vertices(&color, false);
+        let joined = join_buffers(&packer.finish()).unwrap();
+        assert_eq!(joined.json["accessors"][indices]["componentType"], 5123);
+        assert_eq!(accessor::read(&joined, colors, "").unwrap(), color);
+        let view = joined.json["accessors"][colors]["bufferView"].as_u64().unwrap() as usize;
+        assert_eq!(joined.json["bufferViews"][view]["byteStride"], 4);
+    }
+
+    #[test]
+    fn slots_left_over_are_cut_off_or_emptied() {
+        let cut = Packer::new(&asset(), &[1]).finish();
+        assert_eq!((cut.count("accessors"), cut.count("bufferViews")), (1, 1));
+        let emptied = Packer::new(&asset(), &[0]).finish();
+        assert_eq!(emptied.json["accessors"][0].get("bufferView"), None);
+        assert_eq!(join_buffers(&emptied).unwrap().buffers[0].len(), 4 + 4 + 4 - 3 - 4 + 4);
+    }
+}

@@ -1,0 +1,91 @@
+//! Files out: written to a temporary name beside their own and renamed, so that a reader never
+//! sees half of one.
+
+use std::borrow::Cow;
+use std::io::Write;
+use std::path::Path;
+
+use crate::asset::Asset;
+use crate::error::{Error, Result};
+use crate::pack::join_buffers;
+
+/// An asset as one self-contained .glb.
+///
+/// # Errors
+/// [`Error::Invalid`] if the asset's views and buffers do not fit together;
+/// [`Error::Unsupported`] if it is larger than the 4 GiB that the container can hold.
+pub fn to_glb(asset: &Asset) -> Result<Vec<u8>> {
+    let joined = join_buffers(asset)?;
+    let json = serde_json::to_vec(&joined.json)
+        .map_err(|error| Error::Internal { what: error.to_string() })?;
+    let bin = joined.buffers.into_iter().next();
+    let length = 12 + 8 + json.len() + 3 + bin.as_ref().map_or(0, |bin| 8 + bin.len() + 3);
+    let Ok(length) = u32::try_from(length) else {
+        return Err(Error::Unsupported { what: "a .glb of more than 4 GiB".into() });
+    };
+    let glb = gltf::Glb {
+        header: gltf::binary::Header { magic: *b"glTF", version: 2, length },
+        json: Cow::Owned(json),
+        bin: bin.map(Cow::Owned),
+    };
+    glb.to_vec().map_err(|error| Error::Internal { what: error.to_string() })
+}
+
+/// Writes a file whole or not at all.
+///
+/// # Errors
+/// [`Error::Io`] with the file's name.
+pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let attempt = || {
+        let mut file = tempfile::NamedTempFile::new_in(folder.unwrap_or(Path::new(".")))?;
+        file.write_all(bytes)?;
+        make_readable(file.as_file())?;
+        file.persist(path).map_err(|error| error.error)?;
+        Ok(())
+    };
+    attempt().map_err(|error| Error::io(path, error))
+}
+
+/// Gives a temporary file, which only its owner may read, the rights of an ordinary one.
+#[cfg(unix)]
+fn make_readable(file: &std::fs::File) -> std::io::Result<()> {
+    use std::os::unix::fs::PermissionsExt;
+    file.set_permissions(std::fs::Permissions::from_mode(0o644))
+}
+
+#[cfg(not(unix))]
+fn make_readable(_: &std::fs::File) -> std::io::Result<()> {
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_glb_is_read_back_as_it_was() {
+        let json = serde_json::json!({
+            "asset": {"version": "2.0", "extras": {"left": "alone"}},
+            "buffers": [{"byteLength": 5}],
+            "bufferViews": [{"buffer": 0, "byteOffset": 0, "byteLength": 5}],
+        });
+        let asset =
+            Asset { json: json.clone(), buffers: vec![vec![1, 2, 3, 4, 5]], images: Vec::new() };
+        let glb = to_glb(&asset).unwrap();
+        assert_eq!(glb.len() as u32, u32::from_le_bytes(glb[8..12].try_into().unwrap()));
+        let back = crate::read::read_bytes(&glb, Path::new("")).unwrap();
+        assert_eq!((back.json, back.buffers), (json, asset.buffers));
+    }
+
+    #[test]
+    fn a_file_is_replaced_whole_and_nothing_is_left_beside_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.bin");
+        write_file(&path, b"old").unwrap();
+        write_file(&path, b"new").unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), b"new");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+        assert!(write_file(&folder.path().join("none/a.bin"), b"").is_err());
+    }
+}
