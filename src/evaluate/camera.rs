@@ -1,0 +1,196 @@
+//! The fixed rig of views.
+//!
+//! Cameras stand at the vertices of the small rhombicuboctahedron, all permutations of
+//! (±1, ±1, ±(1 + √2)), around the reference's bounding sphere and look at its center (Lindstrom &
+//! Turk, "Image-driven simplification", TOG 2000): 24 views, nearly evenly spread, none along an
+//! axis. The bounding sphere fills the frame but for a margin of 2 %, so the rig depends on the
+//! reference only and every candidate is seen by the same cameras.
+
+use glam::{DVec3, Vec3};
+
+use super::scene::Scene;
+
+/// Views of the whole rig.
+pub const MAX_VIEWS: usize = 24;
+
+/// Vertical and horizontal field of view: 40°, that of a 50 mm lens on a small sensor; less would
+/// hide perspective, more would show little but the middle of the surface.
+const FIELD_OF_VIEW: f64 = 40.0 * std::f64::consts::PI / 180.0;
+
+/// Share of the half frame that the bounding sphere reaches.
+const FILL: f64 = 0.98;
+
+/// A camera of square frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// Where it stands, in metres of the world.
+    pub eye: DVec3,
+    /// Unit vectors in the world: to the right of the image, up, and from the eye into the scene.
+    pub right: DVec3,
+    /// See `right`.
+    pub up: DVec3,
+    /// See `right`.
+    pub forward: DVec3,
+    /// Half the frame's width at distance 1.
+    pub half_width: f64,
+    /// What is nearer than this along `forward` is not seen; in metres, above 0.
+    pub near: f64,
+}
+
+impl Camera {
+    /// A camera at `eye` that looks at `target`, which must be another point, with the world's +y
+    /// upward in the image; where it looks along y, +z is.
+    pub fn look_at(eye: DVec3, target: DVec3, field_of_view: f64, near: f64) -> Self {
+        let forward = (target - eye).normalize_or(DVec3::NEG_Z);
+        let vertical = if forward.y.abs() < 0.999 { DVec3::Y } else { DVec3::Z };
+        let right = forward.cross(vertical).normalize();
+        let up = right.cross(forward);
+        Self { eye, right, up, forward, half_width: (0.5 * field_of_view).tan(), near }
+    }
+
+    /// A point of the world in the camera's frame: right, up and the depth along `forward`.
+    #[inline]
+    pub fn to_view(&self, point: Vec3) -> DVec3 {
+        let relative = point.as_dvec3() - self.eye;
+        DVec3::new(relative.dot(self.right), relative.dot(self.up), relative.dot(self.forward))
+    }
+}
+
+/// The cameras that see the reference and every candidate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rig {
+    /// In a fixed order: each view is as far as can be from those before it.
+    pub cameras: Vec<Camera>,
+    /// Width and height of each image in pixels.
+    pub resolution: usize,
+}
+
+impl Rig {
+    /// Cameras around the sphere of `center` and `radius`, in metres, that sees `resolution` pixels
+    /// each way.
+    ///
+    /// `views` is held to 1…24; a smaller number takes the first of an order in which each view is
+    /// the farthest from all before it, so any number of views is spread. A radius that is not
+    /// above 0 counts as 1, a resolution of 0 as 1.
+    pub fn new(center: Vec3, radius: f32, views: usize, resolution: usize) -> Self {
+        let radius = if radius > 0.0 && radius.is_finite() { f64::from(radius) } else { 1.0 };
+        let center = center.as_dvec3();
+        // The sphere's outline is a cone of sine radius / distance.
+        let distance = radius / (FILL * (0.5 * FIELD_OF_VIEW).tan()).atan().sin();
+        let near = 0.01 * distance;
+        let cameras = directions()
+            .into_iter()
+            .take(views.clamp(1, MAX_VIEWS))
+            .map(|direction| {
+                Camera::look_at(center + direction * distance, center, FIELD_OF_VIEW, near)
+            })
+            .collect();
+        Self { cameras, resolution: resolution.max(1) }
+    }
+
+    /// The rig around a scene's [`bounding_sphere`].
+    pub fn around(scene: &Scene, views: usize, resolution: usize) -> Self {
+        let (center, radius) = bounding_sphere(scene);
+        Self::new(center, radius, views, resolution)
+    }
+}
+
+/// A sphere around all triangles: the center of their bounding box, and the distance to their
+/// farthest vertex, in metres. Up to √3 of the smallest such sphere. Vertices that no triangle uses
+/// and those that are not finite do not count; an empty scene gives the unit sphere.
+pub fn bounding_sphere(scene: &Scene) -> (Vec3, f32) {
+    let points = || {
+        let vertices = scene.triangles.as_flattened().iter();
+        vertices
+            .filter_map(|vertex| scene.positions.get(*vertex as usize))
+            .filter(|point| point.is_finite())
+    };
+    let low = points().fold(Vec3::INFINITY, |low, point| low.min(*point));
+    let high = points().fold(Vec3::NEG_INFINITY, |high, point| high.max(*point));
+    if !low.is_finite() {
+        return (Vec3::ZERO, 1.0);
+    }
+    let center = low + 0.5 * (high - low);
+    (center, points().map(|point| point.distance(center)).fold(0.0, f32::max))
+}
+
+/// The 24 unit directions, the one nearest a view from the front, right and above first, then
+/// always the farthest from all before it, ties by the order of the permutations.
+fn directions() -> Vec<DVec3> {
+    let long = 1.0 + std::f64::consts::SQRT_2;
+    let mut left: Vec<DVec3> = Vec::with_capacity(MAX_VIEWS);
+    for axis in [2, 0, 1] {
+        for signs in 0..8 {
+            let sign = |bit: usize| if signs >> bit & 1 == 0 { 1.0 } else { -1.0 };
+            let mut vertex = [sign(0), sign(1), sign(2)];
+            vertex[axis] *= long;
+            left.push(DVec3::from_array(vertex).normalize());
+        }
+    }
+    let mut order = vec![left.remove(0)];
+    while !left.is_empty() {
+        let gap = |direction: &DVec3| {
+            order.iter().map(|taken| taken.distance(*direction)).fold(f64::INFINITY, f64::min)
+        };
+        let mut best = 0;
+        for at in 1..left.len() {
+            // Equal gaps may differ in the last bits; the earlier permutation stays.
+            if gap(&left[at]) > gap(&left[best]) + 1e-9 {
+                best = at;
+            }
+        }
+        order.push(left.remove(best));
+    }
+    order
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_views_are_the_vertices_of_the_rhombicuboctahedron() {
+        let all = directions();
+        assert_eq!(all.len(), MAX_VIEWS);
+        // Edge 2, circumradius √(1 + 1 + (1 + √2)²); every vertex has four neighbors.
+        let edge = 2.0 / (5.0 + 2.0 * std::f64::consts::SQRT_2).sqrt();
+        for a in &all {
+            let near = all.iter().filter(|b| (a.distance(**b) - edge).abs() < 1e-9).count();
+            let nearer = all.iter().filter(|b| a.distance(**b) < edge - 1e-9).count();
+            assert_eq!((near, nearer), (4, 1));
+        }
+    }
+
+    #[test]
+    fn few_views_are_spread_and_are_the_first_of_many() {
+        let all = directions();
+        assert!(all[0].dot(all[1]) < -0.99, "two views see both sides");
+        let few = Rig::new(Vec3::ONE, 2.0, 6, 64);
+        assert_eq!(few.cameras, Rig::new(Vec3::ONE, 2.0, 24, 64).cameras[..6]);
+        assert_eq!(Rig::new(Vec3::ZERO, 1.0, 0, 0).cameras.len(), 1);
+        assert_eq!(Rig::new(Vec3::ZERO, 1.0, 99, 0).cameras.len(), MAX_VIEWS);
+    }
+
+    #[test]
+    fn the_sphere_fills_the_frame_but_for_the_margin() {
+        for camera in Rig::new(Vec3::new(1.0, 2.0, 3.0), 5.0, 24, 64).cameras {
+            let center = camera.to_view(Vec3::new(1.0, 2.0, 3.0));
+            assert!(center.truncate().length() < 1e-9 && center.z > 5.0);
+            let outline = (5.0 / center.z).asin().tan() / camera.half_width;
+            assert!((outline - FILL).abs() < 1e-9);
+            assert!(camera.up.y > 0.0 && camera.near < center.z - 5.0);
+            assert!((camera.right.cross(camera.up) + camera.forward).length() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn the_bounding_sphere_is_of_the_triangles() {
+        let scene = Scene {
+            positions: vec![Vec3::ZERO, Vec3::X * 2.0, Vec3::Y * 2.0, Vec3::Z * 9.0, Vec3::NAN],
+            triangles: vec![[0, 1, 2], [0, 1, 4], [0, 1, 77]],
+            ..Scene::default()
+        };
+        assert_eq!(bounding_sphere(&scene), (Vec3::new(1.0, 1.0, 0.0), 2.0f32.sqrt()));
+        assert_eq!(bounding_sphere(&Scene::default()), (Vec3::ZERO, 1.0));
+    }
+}

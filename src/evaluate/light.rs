@@ -1,0 +1,181 @@
+//! Light and its reflection: what a surface point sends to the eye.
+//!
+//! The material is glTF's metallic-roughness model (glTF 2.0 appendix B.3): Lambert and GGX with the
+//! separable Smith term and Schlick's Fresnel.
+//!
+//! The light is a key that comes from above the camera's left shoulder, so every view is lit and
+//! every view shows the relief of its normals (a key fixed in the world leaves half of the views in
+//! the shade, where an error of the normals can't be seen), and a surrounding of two tones fixed in
+//! the world, bright above the horizon and dark below, so nothing is black and metals have an edge
+//! to reflect. Of the surrounding
+//!
+//! - diffuse: exactly, mix(ground, sky, (1 + n_y)/2);
+//! - specular: mix(ground, sky, smoothstep(−w, w, r_y)) for the mirrored direction r, with the width
+//!   w of the lobe taken as the roughness, times the fit of the environment BRDF by Karis
+//!   ("Physically based shading on mobile", 2014).
+//!
+//! Levels are such that a white Lambert surface turned to the sky and the key sends just below 1.
+//! No shadows are cast: they would add the renderer's own errors to those it measures.
+
+use glam::Vec3;
+
+use super::camera::Camera;
+
+/// What a white Lambert surface sends that faces the key.
+const KEY: f32 = 0.55;
+/// Radiance above and below the horizon.
+const SKY: f32 = 0.45;
+const GROUND: f32 = 0.15;
+/// Reflectance of a dielectric seen straight on (glTF 2.0 appendix B.2).
+const DIELECTRIC: f32 = 0.04;
+/// Below this the highlight falls between samples.
+const MIN_ROUGHNESS: f32 = 0.045;
+
+/// A point of a surface, seen and lit.
+pub(super) struct Surface {
+    /// Linear.
+    pub(super) base_color: Vec3,
+    pub(super) metallic: f32,
+    pub(super) roughness: f32,
+    /// Share of the surrounding's light that arrives.
+    pub(super) occlusion: f32,
+    /// Unit, in the world.
+    pub(super) normal: Vec3,
+    /// Unit, from the point to the eye.
+    pub(super) to_eye: Vec3,
+}
+
+/// The light of one view.
+pub(super) struct Light {
+    /// Unit, from the surface to the key.
+    to_key: Vec3,
+}
+
+impl Light {
+    pub(super) fn of(camera: &Camera) -> Self {
+        let to_key = camera.up * 0.6 - camera.right * 0.4 - camera.forward;
+        Self { to_key: to_key.normalize().as_vec3() }
+    }
+
+    /// The linear light that a point sends to the eye, at least 0 and without bound in a highlight.
+    pub(super) fn reflect(&self, surface: &Surface) -> Vec3 {
+        let Surface { base_color, metallic, normal, to_eye, .. } = *surface;
+        let diffuse = base_color * (1.0 - metallic);
+        let f0 = Vec3::splat(DIELECTRIC).lerp(base_color, metallic);
+        let roughness = surface.roughness.clamp(MIN_ROUGHNESS, 1.0);
+        let n_eye = normal.dot(to_eye).max(1e-4);
+        let n_key = normal.dot(self.to_key);
+        let around = diffuse * mix(0.5 + 0.5 * normal.y)
+            + environment_brdf(f0, roughness, n_eye) * mirrored(normal, to_eye, roughness);
+        let mut sum = around * surface.occlusion;
+        if n_key > 0.0 {
+            let half = (self.to_key + to_eye).normalize_or(normal);
+            let fresnel = f0 + (1.0 - f0) * power_5(1.0 - to_eye.dot(half).clamp(0.0, 1.0));
+            let gloss = ggx(normal.dot(half), n_key, n_eye, roughness * roughness);
+            sum += (diffuse * (1.0 - fresnel) + fresnel * gloss) * (KEY * n_key);
+        }
+        sum
+    }
+}
+
+/// π · D · V of GGX with the separable Smith term (glTF 2.0 appendix B.3.2), for the cosines of the
+/// normal with the half vector, the light and the eye.
+fn ggx(n_half: f32, n_light: f32, n_eye: f32, alpha: f32) -> f32 {
+    let squared = alpha * alpha;
+    let denominator = n_half * n_half * (squared - 1.0) + 1.0;
+    let d = squared / (denominator * denominator);
+    let smith = |cosine: f32| cosine + (squared + (1.0 - squared) * cosine * cosine).sqrt();
+    if n_half > 0.0 { d / (smith(n_light) * smith(n_eye)) } else { 0.0 }
+}
+
+/// Between ground (0) and sky (1).
+fn mix(t: f32) -> f32 {
+    GROUND + (SKY - GROUND) * t
+}
+
+/// What the surrounding shows in the mirrored direction, blurred by roughness.
+fn mirrored(normal: Vec3, to_eye: Vec3, roughness: f32) -> f32 {
+    let up = (2.0 * normal.dot(to_eye) * normal - to_eye).y;
+    let t = (0.5 + 0.5 * up / roughness).clamp(0.0, 1.0);
+    mix(t * t * (3.0 - 2.0 * t))
+}
+
+/// The share of a uniform surrounding that GGX reflects, by Karis's fit.
+fn environment_brdf(f0: Vec3, roughness: f32, n_eye: f32) -> Vec3 {
+    let x = 1.0 - roughness;
+    let y = 0.0425 - 0.0275 * roughness;
+    let a = (x * x).min((-9.28 * n_eye).exp2()) * x + y;
+    let scale = -1.04 * a + 1.04 - 0.572 * roughness;
+    let bias = 1.04 * a - 0.04 + 0.022 * roughness;
+    (f0 * scale + bias).max(Vec3::ZERO)
+}
+
+fn power_5(x: f32) -> f32 {
+    let squared = x * x;
+    squared * squared * x
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+
+    fn light() -> Light {
+        Light::of(&Camera::look_at(DVec3::Z, DVec3::ZERO, 0.7, 0.1))
+    }
+
+    fn surface(metallic: f32, roughness: f32, normal: Vec3) -> Surface {
+        Surface {
+            base_color: Vec3::ONE,
+            metallic,
+            roughness,
+            occlusion: 1.0,
+            normal: normal.normalize(),
+            to_eye: Vec3::Z,
+        }
+    }
+
+    #[test]
+    fn white_and_rough_stays_below_one_and_above_black() {
+        for step in 0..64 {
+            let angle = step as f32 * 0.1;
+            let normal = Vec3::new(angle.cos() * 0.7, angle.sin() * 0.7, 0.5);
+            let sent = light().reflect(&surface(0.0, 1.0, normal)).x;
+            assert!((0.1..1.0).contains(&sent), "{sent}");
+        }
+    }
+
+    #[test]
+    fn the_lobe_of_ggx_holds_one() {
+        // ∫ D (n·h) dω = 1 over the hemisphere; V·4·(n·l)(n·v) is 1 at normal incidence.
+        let alpha = 0.3f32;
+        let steps = 20_000;
+        let integral: f32 = (0..steps)
+            .map(|step| {
+                let angle = (step as f32 + 0.5) / steps as f32 * std::f32::consts::FRAC_PI_2;
+                let d = ggx(angle.cos(), 1.0, 1.0, alpha) * 4.0 / std::f32::consts::PI;
+                d * angle.cos() * angle.sin() * std::f32::consts::TAU
+            })
+            .sum::<f32>()
+            * std::f32::consts::FRAC_PI_2
+            / steps as f32;
+        assert!((integral - 1.0).abs() < 1e-3, "{integral}");
+    }
+
+    #[test]
+    fn a_smooth_metal_mirrors_the_surrounding() {
+        // The normal halfway to the sky and to the ground; the key lies elsewhere.
+        let up = light().reflect(&surface(1.0, 0.0, Vec3::new(0.5, 0.5, 1.0))).x;
+        let down = light().reflect(&surface(1.0, 0.0, Vec3::new(0.5, -0.5, 1.0))).x;
+        assert!((up - SKY).abs() < 0.02 && (down - GROUND).abs() < 0.02, "{up} {down}");
+    }
+
+    #[test]
+    fn occlusion_takes_the_surrounding_and_leaves_the_key() {
+        let open = surface(0.0, 0.8, Vec3::Z);
+        let shut = Surface { occlusion: 0.0, ..surface(0.0, 0.8, Vec3::Z) };
+        let (open, shut) = (light().reflect(&open).x, light().reflect(&shut).x);
+        assert!(shut > 0.3 && open - shut > 0.25);
+    }
+}

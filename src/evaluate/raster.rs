@@ -1,0 +1,327 @@
+//! Which triangle each sample of an image sees.
+//!
+//! Rasterization in homogeneous coordinates (Olano & Greer, "Triangle scan conversion using 2D
+//! homogeneous coordinates", Graphics Hardware 1997): for corners p₀ p₁ p₂ in the camera's frame and
+//! a ray q = (x, y, 1) the numbers eᵢ = q·(pⱼ × pₖ) are the barycentrics times their sum Σe, and the
+//! ray meets the plane at depth p₀·(p₁ × p₂) / Σe. So nothing is clipped, a triangle may reach
+//! behind the camera, barycentrics are perspective-correct, and their change from pixel to pixel is
+//! known in closed form.
+//!
+//! Two triangles that share an edge compute its number from the same two points, one as the exact
+//! negative of the other: no sample between them is missed. A sample on the edge belongs to both,
+//! and of equal depths the triangle that comes first in the scene stays.
+
+use std::ops::{Add, Mul, Sub};
+
+use glam::{DVec2, DVec3, Vec3};
+
+use super::camera::Camera;
+use super::scene::Scene;
+
+/// Samples per pixel along each axis.
+pub(super) const SAMPLES: usize = 2;
+
+/// No triangle.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// A scene's vertices as one camera sees them.
+pub(super) struct View<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) camera: &'a Camera,
+    /// Pixels per axis.
+    pub(super) resolution: usize,
+    /// One per vertex, in the camera's frame.
+    points: Vec<DVec3>,
+}
+
+impl<'a> View<'a> {
+    pub(super) fn new(scene: &'a Scene, camera: &'a Camera, resolution: usize) -> Self {
+        let points = scene.positions.iter().map(|point| camera.to_view(*point)).collect();
+        Self { scene, camera, resolution, points }
+    }
+
+    /// Samples per axis.
+    pub(super) fn size(&self) -> usize {
+        self.resolution * SAMPLES
+    }
+
+    /// Where a point of the image, in samples from its top left corner, lies at depth 1.
+    pub(super) fn ray(&self, at: DVec2) -> DVec3 {
+        let scaled = (2.0 * at / self.size() as f64 - 1.0) * self.camera.half_width;
+        DVec3::new(scaled.x, -scaled.y, 1.0)
+    }
+
+    /// The triangle, ready to be intersected; nothing if it names a vertex that is not there, or is
+    /// seen from no side.
+    pub(super) fn facet(&self, triangle: usize) -> Option<Facet> {
+        let [a, b, c] = self.scene.triangles[triangle].map(|v| self.points.get(v as usize));
+        Facet::new(triangle, [*a?, *b?, *c?])
+    }
+}
+
+/// A triangle as intersected with rays from the eye.
+pub(super) struct Facet {
+    /// Its index in the scene.
+    pub(super) triangle: usize,
+    /// Whether the eye sees the side from which the corners run counter-clockwise.
+    pub(super) front: bool,
+    /// In the camera's frame.
+    corners: [DVec3; 3],
+    /// eᵢ of a ray is `edges[i] · ray`; at least 0 inside.
+    edges: [DVec3; 3],
+    /// Six times the volume of triangle and eye, above 0.
+    volume: f64,
+}
+
+/// A point of a triangle under an image point.
+pub(super) struct Hit {
+    pub(super) barycentrics: Vec3,
+    /// Change of the barycentrics from one pixel to the next to the right.
+    pub(super) dx: Vec3,
+    /// The same for the next pixel up.
+    pub(super) dy: Vec3,
+}
+
+impl Hit {
+    /// The value at the point from those at the corners; exactly theirs where they are equal.
+    pub(super) fn interpolate<T>(&self, [a, b, c]: [T; 3]) -> T
+    where
+        T: Copy + Add<Output = T> + Sub<Output = T> + Mul<f32, Output = T>,
+    {
+        a + (b - a) * self.barycentrics.y + (c - a) * self.barycentrics.z
+    }
+}
+
+impl Facet {
+    fn new(triangle: usize, corners: [DVec3; 3]) -> Option<Self> {
+        let [a, b, c] = corners;
+        let edges = [b.cross(c), c.cross(a), a.cross(b)];
+        let volume = a.dot(edges[0]);
+        if !volume.is_finite() || volume == 0.0 {
+            return None;
+        }
+        let front = volume > 0.0;
+        let edges = if front { edges } else { edges.map(|edge| -edge) };
+        Some(Self { triangle, front, corners, edges, volume: volume.abs() })
+    }
+
+    /// The point under an image point inside the triangle.
+    pub(super) fn hit(&self, view: &View<'_>, at: DVec2) -> Hit {
+        let ray = view.ray(at);
+        let [a, b, c] = self.edges;
+        let numbers = DVec3::new(a.dot(ray), b.dot(ray), c.dot(ray));
+        let sum = numbers.element_sum();
+        let barycentrics = numbers / sum;
+        let pixel = 2.0 * view.camera.half_width / view.resolution as f64;
+        // The quotient rule on eᵢ / Σe.
+        let change =
+            |edges: DVec3| ((edges - barycentrics * edges.element_sum()) * (pixel / sum)).as_vec3();
+        Hit {
+            barycentrics: barycentrics.as_vec3(),
+            dx: change(DVec3::new(a.x, b.x, c.x)),
+            dy: change(DVec3::new(a.y, b.y, c.y)),
+        }
+    }
+}
+
+/// The nearest triangle at each sample.
+pub(super) struct Layer {
+    /// One per sample, row-major from the top; [`NONE`] where nothing is seen.
+    pub(super) triangles: Vec<u32>,
+    /// One per sample: 1 / depth, in 1/m; 0 where nothing is seen.
+    inverse_depths: Vec<f32>,
+}
+
+impl Layer {
+    pub(super) fn new(view: &View<'_>) -> Self {
+        let samples = view.size() * view.size();
+        Self { triangles: vec![NONE; samples], inverse_depths: vec![0.0; samples] }
+    }
+
+    /// Draws a triangle where it is nearer than what the layer and `solid` hold and `keep` says so
+    /// of the point in the image, in samples.
+    pub(super) fn draw(
+        &mut self,
+        view: &View<'_>,
+        facet: &Facet,
+        solid: Option<&Self>,
+        keep: impl Fn(DVec2) -> bool,
+    ) {
+        let Some([left, top, right, bottom]) = bounds(view, facet.corners) else { return };
+        let nearest = 1.0 / view.camera.near;
+        let per_depth = 1.0 / facet.volume;
+        // eᵢ over the image is slope · x + (its value at the row's start).
+        let slope = view.ray(DVec2::X) - view.ray(DVec2::ZERO);
+        let slopes = facet.edges.map(|edge| edge.x * slope.x);
+        for y in top..=bottom {
+            let start = view.ray(DVec2::new(0.5, y as f64 + 0.5));
+            let starts = facet.edges.map(|edge| edge.dot(start));
+            for x in left..=right {
+                let [a, b, c] = [0, 1, 2].map(|i| slopes[i] * x as f64 + starts[i]);
+                if a < 0.0 || b < 0.0 || c < 0.0 {
+                    continue;
+                }
+                let inverse_depth = (a + b + c) * per_depth;
+                let sample = y * view.size() + x;
+                let behind = |layer: &Self| layer.inverse_depths[sample] < inverse_depth as f32;
+                if inverse_depth <= nearest
+                    && behind(self)
+                    && solid.is_none_or(behind)
+                    && keep(DVec2::new(x as f64 + 0.5, y as f64 + 0.5))
+                {
+                    self.triangles[sample] = facet.triangle as u32;
+                    self.inverse_depths[sample] = inverse_depth as f32;
+                }
+            }
+        }
+    }
+}
+
+/// The samples `[left, top, right, bottom]`, all included, that a triangle may cover; nothing if it
+/// lies outside the frame.
+fn bounds(view: &View<'_>, corners: [DVec3; 3]) -> Option<[usize; 4]> {
+    let near = view.camera.near;
+    let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+    let mut reach = |point: DVec3| {
+        let at = point.truncate() / point.z;
+        low = low.min(at);
+        high = high.max(at);
+    };
+    for slot in 0..3 {
+        let (from, to) = (corners[slot], corners[(slot + 1) % 3]);
+        if from.z >= near {
+            reach(from);
+        }
+        if (from.z >= near) != (to.z >= near) {
+            let crossing = from.lerp(to, (near - from.z) / (to.z - from.z));
+            reach(DVec3::new(crossing.x, crossing.y, near));
+        }
+    }
+    let size = view.size() as f64;
+    let to_samples = |at: f64| (at / view.camera.half_width + 1.0) * 0.5 * size;
+    // A sample that rounding adds is refused by its barycentrics.
+    let first = |at: f64| (at - 0.5 - 1e-6).ceil().max(0.0);
+    let last = |at: f64| (at - 0.5 + 1e-6).floor().min(size - 1.0);
+    let [left, right] = [first(to_samples(low.x)), last(to_samples(high.x))];
+    let [top, bottom] = [first(to_samples(-high.y)), last(to_samples(-low.y))];
+    (left <= right && top <= bottom).then_some([
+        left as usize,
+        top as usize,
+        right as usize,
+        bottom as usize,
+    ])
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn camera() -> Camera {
+        Camera::look_at(DVec3::ZERO, DVec3::NEG_Z, std::f64::consts::FRAC_PI_2, 0.1)
+    }
+
+    fn draw_all(scene: &Scene) -> Layer {
+        let camera = camera();
+        let view = View::new(scene, &camera, 8);
+        let mut layer = Layer::new(&view);
+        for triangle in 0..scene.triangles.len() {
+            if let Some(facet) = view.facet(triangle) {
+                layer.draw(&view, &facet, None, |_| true);
+            }
+        }
+        layer
+    }
+
+    /// A fan of triangles around `middle` whose rim is the frame seen at depth 1 and more.
+    fn fan(middle: Vec3, rim: usize) -> Scene {
+        let mut positions = vec![middle];
+        positions.extend((0..rim).map(|i| {
+            let angle = std::f32::consts::TAU * i as f32 / rim as f32;
+            Vec3::new(angle.cos() * 2.2, angle.sin() * 2.2, -1.0)
+        }));
+        let rim = rim as u32;
+        let triangles = (0..rim).map(|i| [0, 1 + i, 1 + (i + 1) % rim]).collect();
+        Scene { positions, triangles, ..Scene::default() }
+    }
+
+    #[test]
+    fn the_nearer_triangle_is_seen_and_the_first_of_equals() {
+        let at =
+            |z: f32| [Vec3::new(-9.0, -9.0, z), Vec3::new(9.0, -9.0, z), Vec3::new(0.0, 9.0, z)];
+        let scene = Scene {
+            positions: [at(-2.0), at(-1.5), at(-1.5)].concat(),
+            triangles: vec![[0, 1, 2], [3, 4, 5], [6, 7, 8]],
+            ..Scene::default()
+        };
+        let layer = draw_all(&scene);
+        assert_eq!(layer.triangles[8 * 16 + 8], 1);
+        assert!((layer.inverse_depths[8 * 16 + 8] - 1.0 / 1.5).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_triangle_that_reaches_behind_the_camera_is_seen_up_to_the_near_plane() {
+        // A floor one metre below the eye, from far behind it to far ahead.
+        let scene = Scene {
+            positions: vec![
+                Vec3::new(0.0, -1.0, -1000.0),
+                Vec3::new(-1000.0, -1.0, 1000.0),
+                Vec3::new(1000.0, -1.0, 1000.0),
+            ],
+            triangles: vec![[0, 1, 2]],
+            ..Scene::default()
+        };
+        let layer = draw_all(&scene);
+        let column: Vec<_> = (0..16).map(|y| layer.triangles[y * 16 + 8]).collect();
+        assert_eq!(column[..8], [NONE; 8]);
+        assert_eq!(column[8..], [0; 8]);
+        // A ray that falls by t meets the floor at depth 1/t.
+        for y in 8..16 {
+            let fall = (y as f32 + 0.5) / 8.0 - 1.0;
+            assert!((layer.inverse_depths[y * 16 + 8] - fall).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn barycentrics_change_from_pixel_to_pixel_as_the_derivative_says() {
+        let scene = fan(Vec3::new(0.2, 0.1, -3.0), 3);
+        let camera = camera();
+        let view = View::new(&scene, &camera, 1000);
+        let facet = view.facet(0).unwrap();
+        let at = DVec2::new(1000.0, 900.0);
+        let step = SAMPLES as f64;
+        let change = |step: DVec2| {
+            let [before, after] = [at - step, at + step].map(|at| facet.hit(&view, at));
+            (after.barycentrics - before.barycentrics) / 2.0
+        };
+        let hit = facet.hit(&view, at);
+        assert!((hit.dx - change(DVec2::X * step)).length() < 1e-6);
+        assert!((hit.dy - change(DVec2::NEG_Y * step)).length() < 1e-6);
+        assert!((hit.barycentrics.element_sum() - 1.0).abs() < 1e-6);
+    }
+
+    proptest! {
+        #[test]
+        fn no_sample_between_triangles_is_missed(
+            x in -0.5f32..0.5, y in -0.5f32..0.5, z in -4.0f32..-0.5, rim in 4usize..40,
+        ) {
+            let layer = draw_all(&fan(Vec3::new(x, y, z), rim));
+            prop_assert!(layer.triangles.iter().all(|triangle| *triangle != NONE));
+        }
+
+        #[test]
+        fn any_numbers_are_drawn_or_skipped(
+            numbers in prop::collection::vec(
+                prop_oneof![any::<f32>(), -2.0f32..2.0, Just(0.0), Just(f32::NAN)], 9,
+            ),
+            bad in 0u32..5,
+        ) {
+            let positions = numbers.chunks(3).map(Vec3::from_slice).collect();
+            let triangles = vec![[0, 1, 2], [0, 0, 1], [1, 2, bad]];
+            let layer = draw_all(&Scene { positions, triangles, ..Scene::default() });
+            prop_assert!(layer.inverse_depths.iter().all(|depth| (0.0..=10.001).contains(depth)));
+        }
+    }
+}
