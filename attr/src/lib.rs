@@ -5,6 +5,7 @@ mod bvh;
 mod error;
 mod id;
 mod mesh;
+mod ray;
 mod surface;
 mod triangle;
 

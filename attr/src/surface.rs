@@ -7,20 +7,22 @@
 //! ones go to the triangle that comes first in the list, so neither the tree nor the thread count
 //! shows. No answer holds a NaN. Not guaranteed: which of two triangles answers where they meet, as
 //! rounding may favor either.
+//!
+//! Lab note: 200,000 points 1 % off a sphere of 100,352 triangles take 0.13 s on one core of a
+//! two-core cloud machine, as many rays 0.20 s (obvhs 0.4, in f32 and with cracks: 0.16 s). To start
+//! from the distance to the previous answer gained nothing: 0.14 s.
 
 use std::ops::Range;
 
-use glam::{BVec3, DVec3, Vec3};
+use glam::{DVec3, Vec3};
 
-use crate::bvh::{Aabb, Bvh, MAX_DEPTH, Node};
+use crate::bvh::{Aabb, Bvh};
 use crate::id::TriangleId;
-use crate::triangle::{Shear, closest_on_triangle};
+use crate::ray::{RAY_MARGIN, Shear, Slabs};
+use crate::triangle::closest_on_triangle;
 
 /// More than three roundings in f32 take off a squared distance to a box, as a factor.
 const DISTANCE_MARGIN: f64 = 1.0 + 4.0 * f32::EPSILON as f64;
-/// More than they take off the way along a ray to a box, on both sides of a comparison (Ize,
-/// "Robust BVH ray traversal", JCGT 2013).
-const RAY_MARGIN: f64 = 1.0 + 8.0 * f32::EPSILON as f64;
 /// A direction's largest component lies between this and its inverse.
 const SHORTEST_DIRECTION: f32 = 1e-18;
 /// Smaller components of a direction are zero: their inverse would be infinite.
@@ -77,7 +79,7 @@ pub struct Hit {
 /// Triangles, ready to be searched.
 #[derive(Clone, Debug, Default)]
 pub struct Surface {
-    nodes: Vec<Node>,
+    bvh: Bvh,
     /// Corners of the triangles, leaf after leaf.
     corners: Vec<[Vec3; 3]>,
     /// One per entry of `corners`: which triangle it is.
@@ -99,9 +101,9 @@ impl Surface {
             .map(|(index, t)| (TriangleId::new(index), t.map(|p| positions[p as usize])))
             .filter(|(_, corners)| corners.iter().all(|corner| corner.is_finite()))
             .unzip();
-        let Bvh { nodes, order } = Bvh::build(corners.iter().map(|corners| Aabb::around(corners)));
+        let (bvh, order) = Bvh::build(corners.iter().map(|corners| Aabb::around(corners)));
         Self {
-            nodes,
+            bvh,
             corners: order.iter().map(|&at| corners[at as usize]).collect(),
             ids: order.iter().map(|&at| ids[at as usize]).collect(),
         }
@@ -118,8 +120,7 @@ impl Surface {
     }
 
     /// The point of the surface nearest to `p`, if its distance is at most `max`, in the surface's
-    /// unit. The search is faster where a good `max` is known, as from a neighbor of `p`: the
-    /// distance from `p` to the neighbor's nearest point will do.
+    /// unit.
     pub fn closest_point_within(&self, p: Vec3, max: f32) -> Option<Nearest> {
         self.closest_point_where(p, max, |_| true)
     }
@@ -163,7 +164,7 @@ impl Surface {
             }
             widen(square)
         };
-        self.walk(widen(max * max), |node| box_distance(rounded, node), visit);
+        self.bvh.walk(widen(max * max), |node| node.distance_squared(rounded), visit);
         best
     }
 
@@ -196,94 +197,12 @@ impl Surface {
             }
             bound * RAY_MARGIN
         };
-        self.walk(f64::from(max) * RAY_MARGIN, |node| slabs.entry(node), visit);
+        self.bvh.walk(f64::from(max) * RAY_MARGIN, |node| slabs.entry(node), visit);
         best.map(|(distance, triangle, barycentrics)| Hit {
             triangle,
             barycentrics: barycentrics.as_vec3(),
             distance: distance as f32,
         })
-    }
-
-    /// Opens every node whose `key` is finite and at most `bound`, the child of the lower key
-    /// first. `visit` gets a leaf's slots and returns the new bound.
-    #[inline]
-    fn walk(
-        &self,
-        mut bound: f64,
-        key: impl Fn(&Node) -> f64,
-        mut visit: impl FnMut(Range<usize>) -> f64,
-    ) {
-        let Some(root) = self.nodes.first() else { return };
-        let mut stack = [(0.0, 0); MAX_DEPTH];
-        let mut height = 0;
-        let (mut near, mut at) = (key(root), 0);
-        loop {
-            if near <= bound.min(f64::MAX) {
-                let node = &self.nodes[at];
-                if node.count == 0 {
-                    let (left, right) = (at + 1, at + node.offset as usize);
-                    let (mut first, mut second) =
-                        ((key(&self.nodes[left]), left), (key(&self.nodes[right]), right));
-                    if second.0 < first.0 {
-                        (first, second) = (second, first);
-                    }
-                    stack[height] = second;
-                    height += 1;
-                    (near, at) = first;
-                    continue;
-                }
-                bound = visit(node.offset as usize..(node.offset + node.count) as usize);
-            }
-            if height == 0 {
-                return;
-            }
-            height -= 1;
-            (near, at) = stack[height];
-        }
-    }
-}
-
-/// Squared distance from `p` to a node's box. Differences in f32, squares in f64, where they
-/// neither overflow nor vanish.
-#[inline]
-fn box_distance(p: Vec3, node: &Node) -> f64 {
-    let outside = (node.min - p).max(p - node.max).max(Vec3::ZERO);
-    outside.as_dvec3().length_squared()
-}
-
-/// A ray made ready to be tested against boxes.
-struct Slabs {
-    origin: Vec3,
-    /// One over the direction; 0 where it is 0.
-    inverse: Vec3,
-    /// On which axes the ray stands still.
-    still: BVec3,
-    /// When it leaves a box it does not move out of: never on those axes.
-    never: Vec3,
-}
-
-impl Slabs {
-    fn new(origin: Vec3, direction: Vec3) -> Self {
-        let still = direction.cmpeq(Vec3::ZERO);
-        Self {
-            origin,
-            inverse: Vec3::select(still, Vec3::ZERO, direction.recip()),
-            still,
-            never: Vec3::select(still, Vec3::INFINITY, Vec3::ZERO),
-        }
-    }
-
-    /// Where the ray enters a node's box, at least 0; infinite if it misses.
-    #[inline]
-    fn entry(&self, node: &Node) -> f64 {
-        let (low, high) = (node.min - self.origin, node.max - self.origin);
-        let inside = low.cmple(Vec3::ZERO) & high.cmpge(Vec3::ZERO);
-        let (start, end) = (low * self.inverse, high * self.inverse);
-        let enter = start.min(end).max_element().max(0.0);
-        let leave = (start.max(end) + self.never).min_element();
-        let misses =
-            (self.still & !inside).any() || f64::from(enter) > f64::from(leave) * RAY_MARGIN;
-        if misses { f64::INFINITY } else { f64::from(enter) }
     }
 }
 

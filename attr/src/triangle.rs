@@ -1,4 +1,4 @@
-//! One triangle against a point and against a ray, in f64.
+//! The point of a triangle nearest to a point, in f64.
 //!
 //! Corners are f32, so their differences are exact in f64 or nearly so, and a computed distance is
 //! off by about 1e-16 of the distance to the farthest corner. In f32 it would be 1e-7, which is a
@@ -56,51 +56,6 @@ pub(crate) fn closest_on_triangle(p: DVec3, corners: &[Vec3; 3]) -> (DVec3, DVec
         }
     }
     (best.0, p + best.1, best.2)
-}
-
-/// A ray made ready to be tested against triangles, after Woop, Benthin & Wald, "Watertight
-/// ray/triangle intersection", JCGT 2013: sheared so that it runs along its longest axis. Two
-/// triangles then see their shared edge with opposite signs, and no ray slips between them.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Shear {
-    origin: DVec3,
-    axes: [usize; 3],
-    shear: DVec3,
-}
-
-impl Shear {
-    /// `direction` is finite and not zero.
-    pub(crate) fn new(origin: Vec3, direction: Vec3) -> Self {
-        let z = direction.abs().max_position();
-        let axes = [(z + 1) % 3, (z + 2) % 3, z];
-        let direction = direction.as_dvec3();
-        let along = direction[z];
-        let shear = DVec3::new(direction[axes[0]] / along, direction[axes[1]] / along, 1.0 / along);
-        Self { origin: origin.as_dvec3(), axes, shear }
-    }
-
-    /// Distance (in lengths of the direction, at least 0) and barycentrics of the hit, from either
-    /// side, edges included. A triangle seen edge-on or without area is not hit.
-    pub(crate) fn hit(&self, corners: &[Vec3; 3]) -> Option<(f64, DVec3)> {
-        let [a, b, c] = corners.map(|corner| {
-            let q = corner.as_dvec3() - self.origin;
-            let z = q[self.axes[2]];
-            let (x, y) = (q[self.axes[0]], q[self.axes[1]]);
-            DVec3::new(x - self.shear.x * z, y - self.shear.y * z, z * self.shear.z)
-        });
-        let weights =
-            DVec3::new(c.x * b.y - c.y * b.x, a.x * c.y - a.y * c.x, b.x * a.y - b.y * a.x);
-        if weights.min_element() < 0.0 && weights.max_element() > 0.0 {
-            return None;
-        }
-        let sum = weights.x + weights.y + weights.z;
-        if sum == 0.0 {
-            return None;
-        }
-        let weights = weights / sum;
-        let distance = weights.dot(DVec3::new(a.z, b.z, c.z));
-        (distance >= 0.0).then_some((distance, weights))
-    }
 }
 
 #[cfg(test)]
@@ -174,20 +129,6 @@ mod tests {
             }
             let spacing = (b - a).length().max((c - a).length()) / f64::from(STEPS);
             prop_assert!(square.sqrt() <= best + 1e-12 && best <= square.sqrt() + 2.0 * spacing);
-        }
-
-        /// A ray aimed at a point inside hits it there.
-        #[test]
-        fn a_ray_hits_what_it_is_aimed_at(
-            corners in prop::array::uniform3(any_point()), origin in any_point(), u in 0.1..0.4f32, v in 0.1..0.4f32
-        ) {
-            let [a, b, c] = corners;
-            let target = a * (1.0 - u - v) + b * u + c * v;
-            let height = (target - origin).dot((b - a).cross(c - a)).abs();
-            prop_assume!(height > 1e-2);
-            let (distance, weights) = Shear::new(origin, target - origin).hit(&corners).unwrap();
-            prop_assert!((distance - 1.0).abs() < 1e-3);
-            prop_assert!((weights - DVec3::new(f64::from(1.0 - u - v), f64::from(u), f64::from(v))).length() < 1e-3);
         }
     }
 }
