@@ -15,6 +15,7 @@
 //! are in closed form, so each wedge reduces to a plain quadric in position; their sum is solved
 //! once, and a seam moves as one.
 
+mod bvh;
 mod chain;
 mod collapse;
 mod error;
@@ -23,12 +24,15 @@ mod marks;
 mod mesh;
 mod metric;
 mod quadric;
+mod ray;
 mod simplify;
 mod solve;
+mod surface;
 mod tangent;
 #[cfg(test)]
 mod testing;
 mod topology;
+mod triangle;
 mod weld;
 
 pub use chain::{Level, simplify_chain};
@@ -37,5 +41,6 @@ pub use id::{CornerId, PointId, TriangleId, WedgeId};
 pub use mesh::{Layout, Mesh};
 pub use quadric::{Gradient, PointQuadric};
 pub use simplify::{Options, Stop, Weights};
+pub use surface::{Foot, Hit, Nearest, Surface};
 pub use tangent::{TangentInput, compute_tangents};
 pub use weld::{Vertices, Welded, weld};

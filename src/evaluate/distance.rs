@@ -1,0 +1,389 @@
+//! How far two surfaces are apart, after Cignoni, Rocchini & Scopigno, "Metro: measuring error on
+//! simplified surfaces", Computer Graphics Forum 1998: samples of one surface, each with the nearest
+//! point on the other.
+//!
+//! The two directions differ (a lost spike is far from what remains, but what remains is near to the
+//! spike), so both are given, and the larger of them as the symmetric figure. RMS and mean are over
+//! samples spread by area; the maximum also looks at the vertices, where a spike would be missed.
+//! It is a lower bound of the Hausdorff distance, not the distance itself.
+//!
+//! A triangle that both surfaces have, bit for bit, is its own nearest: samples on it correspond at
+//! distance 0 without a search. So a surface against itself gives exactly 0, in distance and in
+//! every attribute, also where its triangles overlap. Elsewhere a distance is off by about 1e-16 of
+//! the positions' magnitude.
+//!
+//! On a thin sheet the nearest point is often on the wrong side. Distance does not mind; color and
+//! normal do. So a sample whose nearest triangle faces away from its own takes its attributes from
+//! the nearest triangle that does not, if there is one at most [`SHEET`] of the diagonal farther.
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+use seamwise_attr::{Foot, Surface, TriangleId};
+
+use super::sample::{Sample, sample_surface};
+use super::volume::{area_vector, bounding_diagonal};
+
+/// Sheets up to this thick, over the bounding box's diagonal, have two sides. Sheets thicker than
+/// twice a level's largest deviation need no help, and a level that deviates by more than a percent
+/// is past judging by its color.
+const SHEET: f64 = 0.01;
+/// Samples that one task looks up.
+const CHUNK: usize = 1024;
+
+/// A surface with its samples, ready to be compared with several others.
+#[derive(Clone, Debug)]
+pub struct SampledSurface<'a> {
+    positions: &'a [Vec3],
+    triangles: &'a [[u32; 3]],
+    surface: Surface,
+    samples: Vec<Sample>,
+    diagonal: f64,
+    /// The triangles by what they look like, sorted.
+    shapes: Vec<Shape>,
+}
+
+/// A triangle's corners as bits, its least first; its index; and which corner the least was.
+type Shape = ([[u32; 3]; 3], u32, usize);
+
+impl<'a> SampledSurface<'a> {
+    /// Spreads `count` samples over `triangles`, three indices into `positions` each.
+    ///
+    /// # Panics
+    /// If a triangle names a position that is not there.
+    pub fn new(
+        positions: &'a [Vec3],
+        triangles: &'a [[u32; 3]],
+        count: usize,
+        seed: u64,
+    ) -> SampledSurface<'a> {
+        let mut shapes: Vec<Shape> = (0..)
+            .zip(triangles)
+            .map(|(at, &t)| shape(at, t.map(|p| positions[p as usize])))
+            .collect();
+        shapes.par_sort_unstable();
+        Self {
+            positions,
+            triangles,
+            surface: Surface::new(positions, triangles.iter().copied()),
+            samples: sample_surface(positions, triangles, count, seed),
+            diagonal: bounding_diagonal(positions, triangles),
+            shapes,
+        }
+    }
+
+    /// The samples, in the order of the triangles.
+    pub fn samples(&self) -> &[Sample] {
+        &self.samples
+    }
+
+    /// The length of the bounding box's diagonal, which distances are divided by to be compared
+    /// across models.
+    pub fn diagonal(&self) -> f64 {
+        self.diagonal
+    }
+
+    fn corners(&self, triangle: TriangleId) -> [DVec3; 3] {
+        self.triangles[triangle].map(|p| self.positions[p as usize].as_dvec3())
+    }
+
+    fn normal(&self, triangle: TriangleId) -> DVec3 {
+        area_vector(self.positions, self.triangles[triangle])
+    }
+
+    /// One per triangle: the triangle of `other` with the same corners in the same turn, and how far
+    /// its corners are turned. Of several equal ones each has its own.
+    fn find_shared(&self, other: &Self) -> Vec<Option<(TriangleId, usize)>> {
+        let mut shared = vec![None; self.triangles.len()];
+        let mut others = other.shapes.iter().peekable();
+        for (corners, index, least) in &self.shapes {
+            while others.next_if(|shape| shape.0 < *corners).is_some() {}
+            if let Some(found) = others.next_if(|shape| shape.0 == *corners) {
+                shared[*index as usize] = Some((TriangleId(found.1), (3 + found.2 - least) % 3));
+            }
+        }
+        shared
+    }
+}
+
+fn shape(index: u32, corners: [Vec3; 3]) -> Shape {
+    // Adding zero turns −0 into 0.
+    let mut bits = corners.map(|p| (p + Vec3::ZERO).to_array().map(f32::to_bits));
+    let least = (0..3).min_by_key(|&slot| bits[slot]).unwrap_or(0);
+    bits.rotate_left(least);
+    (bits, index, least)
+}
+
+/// A sample, and what corresponds to it on the other surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pair {
+    /// Where it was taken.
+    pub sample: Sample,
+    /// Where its attributes are compared: the nearest point, or the nearest on the same side.
+    pub target: Sample,
+    /// Distance to the nearest point, in the unit of the positions.
+    pub distance: f64,
+}
+
+/// One surface seen from another.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Correspondence {
+    /// One per sample, in their order.
+    pub pairs: Vec<Pair>,
+    /// The largest distance of a vertex.
+    pub vertex_max: f64,
+}
+
+/// Distances of one surface to another, in the unit of the positions.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Distances {
+    /// Root of the mean of the squares, over the samples.
+    pub rms: f64,
+    /// Mean over the samples.
+    pub mean: f64,
+    /// Maximum over the samples and the vertices.
+    pub max: f64,
+}
+
+impl Distances {
+    /// The larger of the two directions, figure by figure.
+    pub fn symmetric(self, other: Self) -> Self {
+        Self {
+            rms: self.rms.max(other.rms),
+            mean: self.mean.max(other.mean),
+            max: self.max.max(other.max),
+        }
+    }
+}
+
+impl Correspondence {
+    /// Sums up the distances.
+    pub fn distances(&self) -> Distances {
+        let count = self.pairs.len().max(1) as f64;
+        let sum: f64 = self.pairs.iter().map(|pair| pair.distance).sum();
+        let squares: f64 = self.pairs.iter().map(|pair| pair.distance * pair.distance).sum();
+        Distances {
+            rms: (squares / count).sqrt(),
+            mean: sum / count,
+            max: self.pairs.iter().map(|pair| pair.distance).fold(self.vertex_max, f64::max),
+        }
+    }
+}
+
+/// Finds what every sample of `from` corresponds to on `to`. None if `from` has no area or `to` no
+/// triangle: nothing can be said about them then.
+///
+/// The same at any thread count.
+pub fn correspond(from: &SampledSurface<'_>, to: &SampledSurface<'_>) -> Option<Correspondence> {
+    if from.samples.is_empty() || to.surface.is_empty() {
+        return None;
+    }
+    let shared = from.find_shared(to);
+    let pairs: Vec<Vec<Pair>> = from
+        .samples
+        .par_chunks(CHUNK)
+        .map(|samples| samples.iter().filter_map(|s| pair(from, to, &shared, *s)).collect())
+        .collect();
+    Some(Correspondence { pairs: pairs.concat(), vertex_max: vertex_max(from, to, &shared) })
+}
+
+/// The counterpart of one sample. None if its position overflows.
+fn pair(
+    from: &SampledSurface<'_>,
+    to: &SampledSurface<'_>,
+    shared: &[Option<(TriangleId, usize)>],
+    sample: Sample,
+) -> Option<Pair> {
+    if let Some((triangle, turn)) = shared[sample.triangle] {
+        let mut barycentrics = sample.barycentrics.to_array();
+        barycentrics.rotate_right(turn);
+        let target = Sample { triangle, barycentrics: barycentrics.into() };
+        return Some(Pair { sample, target, distance: 0.0 });
+    }
+    let [a, b, c] = from.corners(sample.triangle);
+    let weights = sample.barycentrics;
+    let point = a * weights.x + b * weights.y + c * weights.z;
+    let nearest = to.surface.closest_foot(point, f64::INFINITY, |_| true)?;
+    let distance = nearest.distance_squared.sqrt();
+    let normal = from.normal(sample.triangle);
+    let faces = |triangle| to.normal(triangle).dot(normal) > 0.0;
+    let same_side = if faces(nearest.triangle) {
+        None
+    } else {
+        to.surface.closest_foot(point, distance + SHEET * to.diagonal, faces)
+    };
+    let Foot { triangle, barycentrics, .. } = same_side.unwrap_or(nearest);
+    Some(Pair { sample, target: Sample { triangle, barycentrics }, distance })
+}
+
+/// The largest distance to `to` of a vertex of `from`, but those of shared triangles.
+fn vertex_max(
+    from: &SampledSurface<'_>,
+    to: &SampledSurface<'_>,
+    shared: &[Option<(TriangleId, usize)>],
+) -> f64 {
+    let mut used = vec![false; from.positions.len()];
+    for (triangle, shared) in from.triangles.iter().zip(shared) {
+        if shared.is_none() {
+            triangle.iter().for_each(|&p| used[p as usize] = true);
+        }
+    }
+    let vertices: Vec<Vec3> =
+        from.positions.iter().zip(&used).filter(|(_, used)| **used).map(|(p, _)| *p).collect();
+    let distance = |p: &Vec3| to.surface.closest_foot(p.as_dvec3(), f64::INFINITY, |_| true);
+    let squares = vertices.par_iter().filter_map(distance).map(|foot| foot.distance_squared);
+    squares.reduce(|| 0.0, f64::max).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    type Soup = (Vec<Vec3>, Vec<[u32; 3]>);
+
+    fn sphere(radius: f32, side: u32) -> Soup {
+        let row = side + 1;
+        let point = |at: u32| {
+            let polar = (at / row) as f32 / side as f32 * std::f32::consts::PI;
+            let around = (at % row) as f32 / side as f32 * std::f32::consts::TAU;
+            let (sin, cos) = polar.sin_cos();
+            Vec3::new(sin * around.cos(), sin * around.sin(), cos) * radius
+        };
+        let quads = (0..side * side).map(|at| at / side * row + at % side);
+        let triangles = quads.flat_map(|a| [[a, a + row, a + row + 1], [a, a + row + 1, a + 1]]);
+        ((0..row * row).map(point).collect(), triangles.collect())
+    }
+
+    /// A square of side 1 in the plane z = `height`, seen from above or from below.
+    fn square(height: f32, is_up: bool) -> Soup {
+        let positions = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)];
+        let positions = positions.map(|(x, y)| Vec3::new(x, y, height)).to_vec();
+        let triangles = if is_up { [[0, 1, 2], [0, 2, 3]] } else { [[0, 2, 1], [0, 3, 2]] };
+        (positions, triangles.to_vec())
+    }
+
+    fn join(a: &Soup, b: &Soup) -> Soup {
+        let base = a.0.len() as u32;
+        let moved = b.1.iter().map(|t| t.map(|p| p + base));
+        ([&a.0[..], &b.0].concat(), a.1.iter().copied().chain(moved).collect())
+    }
+
+    fn sampled(soup: &Soup, count: usize) -> SampledSurface<'_> {
+        SampledSurface::new(&soup.0, &soup.1, count, 1)
+    }
+
+    fn both_ways(a: &Soup, b: &Soup) -> [Distances; 2] {
+        let (a, b) = (sampled(a, 20_000), sampled(b, 20_000));
+        [correspond(&a, &b), correspond(&b, &a)].map(|way| way.unwrap().distances())
+    }
+
+    #[test]
+    fn a_surface_is_nowhere_away_from_itself() {
+        let mut soup = sphere(3.7, 40);
+        soup.0.iter_mut().for_each(|p| *p += Vec3::new(1e3, -50.0, 0.01));
+        // Its triangles twice, once inside out, in another order and each begun at another corner.
+        let double = join(&soup, &soup);
+        let mut turned = double.clone();
+        turned.1.iter_mut().skip(3200).for_each(|t| t.swap(0, 1));
+        let mut shuffled = turned.clone();
+        shuffled.1.reverse();
+        shuffled.1.iter_mut().enumerate().for_each(|(at, t)| t.rotate_left(at % 3));
+        for (a, b) in [(&soup, &soup), (&double, &double), (&turned, &shuffled)] {
+            assert_eq!(both_ways(a, b), [Distances::default(); 2]);
+        }
+        let (a, b) = (sampled(&turned, 5000), sampled(&shuffled, 10));
+        for pair in correspond(&a, &b).unwrap().pairs {
+            let at = |surface: &SampledSurface<'_>, s: Sample| {
+                let [p, q, r] = surface.corners(s.triangle);
+                let normal = surface.normal(s.triangle).normalize();
+                (p * s.barycentrics.x + q * s.barycentrics.y + r * s.barycentrics.z, normal)
+            };
+            let ((p, n), (q, m)) = (at(&a, pair.sample), at(&b, pair.target));
+            assert!(p.distance(q) < 1e-12 && n.distance(m) < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_surface_cut_otherwise_is_off_by_rounding_only() {
+        // The same squares with the other diagonal: no triangle is shared.
+        let square = square(0.1, true);
+        let other = (square.0.clone(), vec![[0, 1, 3], [1, 2, 3]]);
+        for distances in both_ways(&square, &other) {
+            assert!(distances.max < 1e-15, "{}", distances.max);
+        }
+    }
+
+    #[test]
+    fn a_sphere_one_percent_larger_is_one_percent_away() {
+        for distances in both_ways(&sphere(1.0, 200), &sphere(1.01, 200)) {
+            for figure in [distances.rms, distances.mean, distances.max] {
+                assert!((figure - 0.01).abs() < 1e-4, "{figure}");
+            }
+        }
+    }
+
+    #[test]
+    fn parallel_squares_are_as_far_as_they_are() {
+        let height = f64::from(0.1f32);
+        for distances in both_ways(&square(0.0, true), &square(0.1, true)) {
+            for figure in [distances.rms, distances.mean, distances.max] {
+                assert!((figure - height).abs() < 1e-12, "{figure}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_spike_is_far_one_way_and_seen_at_its_tip() {
+        let flat = square(0.0, true);
+        let spike = (vec![Vec3::ZERO, Vec3::new(1e-3, 0.0, 0.0), Vec3::Z], vec![[0, 1, 2]]);
+        let [there, back] = both_ways(&flat, &join(&flat, &spike));
+        assert_eq!(there, Distances::default());
+        assert_eq!(back.max, 1.0);
+        assert!(back.rms < 0.1);
+        assert_eq!(there.symmetric(back), back);
+    }
+
+    #[test]
+    fn the_sides_of_a_thin_sheet_are_kept_apart() {
+        // Up at 0.002 over down at 0, against the same moved up by 0.0015: without a look at the
+        // sides, all of the lower side corresponds to the upper, and back.
+        let sheet = |lift: f32| join(&square(lift + 0.002, true), &square(lift, false));
+        let (a, b) = (sheet(0.0), sheet(0.0015));
+        let (a, b) = (sampled(&a, 1000), sampled(&b, 1000));
+        for (from, to) in [(&a, &b), (&b, &a)] {
+            let found = correspond(from, to).unwrap();
+            assert!(found.pairs.iter().all(|pair| {
+                from.normal(pair.sample.triangle).dot(to.normal(pair.target.triangle)) > 0.0
+            }));
+            // The distance is still that of the nearest point.
+            assert!(found.distances().mean < 0.0011);
+        }
+    }
+
+    #[test]
+    fn a_single_side_answers_where_there_is_no_other() {
+        let (up, down) = (square(0.0, true), square(0.5, false));
+        let found = correspond(&sampled(&up, 100), &sampled(&down, 100)).unwrap();
+        assert_eq!(found.pairs.len(), 100);
+        assert!((found.distances().max - 0.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn nothing_is_said_about_nothing() {
+        let (square, nothing) = (square(0.0, true), (vec![Vec3::ZERO], Vec::new()));
+        let line = (vec![Vec3::ZERO, Vec3::X], vec![[0, 1, 0]]);
+        assert!(correspond(&sampled(&square, 9), &sampled(&nothing, 9)).is_none());
+        assert!(correspond(&sampled(&nothing, 9), &sampled(&square, 9)).is_none());
+        assert!(correspond(&sampled(&line, 9), &sampled(&square, 9)).is_none());
+        assert!(correspond(&sampled(&square, 9), &sampled(&line, 9)).is_some());
+    }
+
+    #[test]
+    fn the_thread_count_does_not_show() {
+        let (a, b) = (sphere(1.0, 40), sphere(1.1, 31));
+        let on = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| correspond(&sampled(&a, 5000), &sampled(&b, 10)).unwrap())
+        };
+        assert_eq!(on(1), on(3));
+    }
+}
