@@ -1,14 +1,17 @@
 //! Images over a surface. Knows no files.
 
 pub mod color;
+mod coverage;
 mod error;
 mod mips;
 mod plane;
 mod raster;
+mod validity;
 mod wrap;
 
 pub use error::{Error, Result};
 pub use mips::Mips;
 pub use plane::Plane;
 pub use raster::{Texel, UvTriangle, Window, to_texels};
+pub use validity::Validity;
 pub use wrap::Wrap;
