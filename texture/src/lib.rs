@@ -1,5 +1,6 @@
 //! Images over a surface. Knows no files.
 
+mod background;
 pub mod color;
 mod coverage;
 mod error;
@@ -9,6 +10,7 @@ mod raster;
 mod validity;
 mod wrap;
 
+pub use background::detect_background;
 pub use error::{Error, Result};
 pub use mips::Mips;
 pub use plane::Plane;
