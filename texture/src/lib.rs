@@ -7,6 +7,7 @@ mod error;
 mod mips;
 mod plane;
 mod raster;
+mod reads;
 mod validity;
 mod wrap;
 
@@ -15,5 +16,6 @@ pub use error::{Error, Result};
 pub use mips::Mips;
 pub use plane::Plane;
 pub use raster::{Texel, UvTriangle, Window, to_texels};
+pub use reads::{MipReads, count_reads};
 pub use validity::Validity;
 pub use wrap::Wrap;
