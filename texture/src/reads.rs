@@ -7,7 +7,9 @@
 //! every level, trilinear reads between two levels included.
 //!
 //! Guaranteed: for mips made by box filters, of sizes that halve and round down, 0 means that no
-//! bilinear or trilinear read at a position of a triangle touches an invalid texel. Not guaranteed:
+//! bilinear or trilinear read at a position of a triangle touches an invalid texel. A count above 0
+//! is exact, but for triangles that leave a clamped image or span more than eight repeats: those
+//! may count a few texels that no tap reads. Not guaranteed:
 //! anisotropic reads, whose taps step outside the triangle, and mips made by wider kernels
 //! (Kaiser, Lanczos).
 
