@@ -1,12 +1,62 @@
 //! Images over a surface. Knows no files.
+//!
+//! # Why an atlas bleeds
+//!
+//! A texture atlas holds charts, islands of the unfolded surface, with unused texels between them.
+//! Filtering reads past a chart's outline: a bilinear tap half a texel, a tap at mip level m up to
+//! 2^m texels, a simplified mesh wherever its UVs now run. Whatever lies there, black or magenta,
+//! shows as a line along the seam. The repair keeps every texel that a chart covers to the bit and
+//! replaces all others by a smooth continuation of the charts.
+//!
+//! # Which texels are valid
+//!
+//! [`UvTriangle`] rasterises the mesh's UVs with exact edge functions, [`Validity`] collects the
+//! texels whose centres are covered; without a mesh, [`detect_background`] finds the unused color.
+//! [`count_reads`] counts, mip level by mip level, the texels that filtering inside the charts
+//! reads and that invalid ones went into: what there was to repair, and 0 once it is.
+//!
+//! # Pull-push
+//!
+//! [`fill_holes`] interpolates scattered texels in time linear in the image. *Pull* halves the image
+//! again and again, averaging valid texels only and keeping what share of each average was valid.
+//! Somewhere on the way down every hole has shrunk below the kernel. *Push* walks back up: where a
+//! texel is invalid, or valid in part, the level below interpolates what is missing. Near a chart
+//! the fill has the colors of its nearest texels; far away, ever wider averages. With a box filter
+//! down and nearest texels up the fill would show its blocks; the smooth 4 × 4 kernel down and
+//! bilinear weights up hide them.
+//!
+//! [`repair`](fn@repair) does this in the space where averages mean something: linear light for
+//! colors, vectors for normals.
+//!
+//! - S. Gortler, R. Grzeszczuk, R. Szeliski, M. Cohen, "The Lumigraph", SIGGRAPH 1996: pull-push for
+//!   scattered samples, with weights that saturate.
+//! - M. Kraus, "The pull-push algorithm revisited", GRAPP 2009: smooth kernels for both directions,
+//!   on hardware that filters bilinearly.
+//! - H. Hedin, "Evaluation of an appearance-preserving mesh simplification scheme", Linköping 2018:
+//!   pull-push for the texels that a simplified mesh reaches outside its charts.
 
+mod background;
 pub mod color;
+mod coverage;
 mod error;
+mod kernel;
 mod mips;
 mod plane;
+mod pyramid;
+mod raster;
+mod reads;
+mod repair;
+mod samples;
+mod validity;
 mod wrap;
 
+pub use background::detect_background;
 pub use error::{Error, Result};
 pub use mips::{Encoding, Level, Mips};
 pub use plane::Plane;
+pub use pyramid::{Part, fill_holes};
+pub use raster::{Texel, UvTriangle, Window, to_texels};
+pub use reads::{MipReads, count_reads};
+pub use repair::{Outcome, Role, repair};
+pub use validity::Validity;
 pub use wrap::Wrap;

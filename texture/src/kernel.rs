@@ -1,0 +1,135 @@
+//! The kernels of pull and push, one axis at a time, on cells of sums and weights.
+//!
+//! Both of the method's kernels are products of a row and a column: (1 2 2 1) / 6 for pull, (¼ ¾)
+//! for push. So rows are reduced first and then combined, and each row of either pass is plain
+//! arithmetic on neighbors in memory.
+
+use crate::Wrap;
+
+/// How much more than its share of valid texels a coarse texel counts, at most in full.
+///
+/// Weights that are plain shares (1) leave a texel beside a chart mostly to coarser levels, so that
+/// the fill steps away from the chart at its very outline. Held-out rings of texels of two scanned
+/// atlases (popcorn box, 2048²; frying pan, 1024²), RMS error of the fill in 8-bit sRGB steps:
+///
+/// | trust | 2 wide | 8 wide | 32 wide | the first texel (ring of 8) |
+/// |---|---|---|---|---|
+/// | 1 | 24.6, 16.6 | 40.5, 21.8 | 44.7, 26.6 | 17.7, 13.4 |
+/// | 2 | 16.5, 13.9 | 33.6, 20.7 | 38.9, 26.2 | 8.8, 11.6 |
+/// | 4 | 14.9, 13.3 | 32.4, 20.0 | 38.1, 24.4 | 7.7, 11.0 |
+/// | 36 | 14.0, 12.9 | 32.4, 19.4 | 37.8, 25.2 | 7.1, 10.7 |
+///
+/// More than 4 gains little, and loses some of it in wide gaps.
+const TRUST: f32 = 4.0;
+
+/// The channels of a texel, each times the weight, and the weight last.
+pub(crate) type Cell<const N: usize> = [f32; N];
+
+/// A level of the pyramid.
+pub(crate) struct Level<const N: usize> {
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+    pub(crate) cells: Vec<Cell<N>>,
+}
+
+/// Four neighbors along an axis, weighted (1 2 2 1) / 6.
+#[inline]
+pub(crate) fn reduce<const N: usize>(near: [&Cell<N>; 4]) -> Cell<N> {
+    std::array::from_fn(|k| {
+        (near[0][k] + near[3][k]) * (1.0 / 6.0) + (near[1][k] + near[2][k]) * (1.0 / 3.0)
+    })
+}
+
+/// Turns the share of valid texels in a sum into a weight, and the sum with it.
+#[inline]
+pub(crate) fn trust<const N: usize>(cell: &mut Cell<N>) {
+    let share = cell[N - 1];
+    let gain = TRUST.min(1.0 / share);
+    for sum in &mut cell[..N - 1] {
+        *sum *= gain;
+    }
+    cell[N - 1] = (TRUST * share).min(1.0);
+}
+
+/// Continues a row of `size` cells that starts at index 1 by one cell before and two after it.
+pub(crate) fn pad<const N: usize>(row: &mut [Cell<N>], wrap: Wrap, size: usize) {
+    for beyond in [-1, size as i64, size as i64 + 1] {
+        if let Some(at) = row.get(wrap.texel(beyond, size) + 1).copied()
+            && let Some(cell) = row.get_mut((beyond + 1) as usize)
+        {
+            *cell = at;
+        }
+    }
+}
+
+/// The rows of a coarse level that lie nearest to row `y` of the finer one, ¾ and ¼, with one cell
+/// before and one after.
+pub(crate) fn blend_rows<const N: usize>(
+    coarse: &Level<N>,
+    y: usize,
+    wrap: [Wrap; 2],
+    blended: &mut [Cell<N>],
+) {
+    let width = coarse.width;
+    let nearest = y / 2;
+    let next = (nearest + 2 * (y % 2)) as i64 - 1;
+    let next = wrap[1].texel(next, coarse.height);
+    let row = |y: usize| &coarse.cells[y * width..(y + 1) * width];
+    for ((cell, near), far) in blended[1..].iter_mut().zip(row(nearest)).zip(row(next)) {
+        *cell = std::array::from_fn(|k| 0.75 * near[k] + 0.25 * far[k]);
+    }
+    pad(blended, wrap[0], width);
+}
+
+/// The cells of a blended row that lie nearest to column `x` of the finer level, ¾ and ¼.
+#[inline]
+pub(crate) fn blend_columns<const N: usize>(blended: &[Cell<N>], x: usize) -> Cell<N> {
+    let near = &blended[x / 2 + 1];
+    let far = &blended[x / 2 + 2 * (x % 2)];
+    std::array::from_fn(|k| 0.75 * near[k] + 0.25 * far[k])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reducing_weighs_one_two_two_one() {
+        let cells = [[6.0, 1.0], [12.0, 0.0], [0.0, 1.0], [60.0, 1.0]];
+        let [sum, weight] = reduce([&cells[0], &cells[1], &cells[2], &cells[3]]);
+        assert!((sum - 15.0).abs() < 1e-5 && (weight - 4.0 / 6.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_share_counts_fourfold_and_at_most_in_full() {
+        let trusted = |mut cell: Cell<2>| {
+            trust(&mut cell);
+            cell
+        };
+        assert_eq!(trusted([1.0, 0.125]), [4.0, 0.5]);
+        assert_eq!(trusted([3.0, 0.5]), [6.0, 1.0]);
+        assert_eq!(trusted([0.0, 0.0]), [0.0, 0.0]);
+    }
+
+    #[test]
+    fn a_row_continues_as_its_sampler_reads_on() {
+        let padded = |wrap, size: usize| {
+            let mut row: Vec<Cell<1>> = vec![[0.0]; size + 3];
+            (0..size).for_each(|x| row[x + 1] = [x as f32]);
+            pad(&mut row, wrap, size);
+            row.concat()
+        };
+        assert_eq!(padded(Wrap::Repeat, 3), [2.0, 0.0, 1.0, 2.0, 0.0, 1.0]);
+        assert_eq!(padded(Wrap::Mirror, 3), [0.0, 0.0, 1.0, 2.0, 2.0, 1.0]);
+        assert_eq!(padded(Wrap::Clamp, 1), [0.0; 4]);
+    }
+
+    #[test]
+    fn a_finer_texel_lies_a_quarter_cell_from_the_nearest() {
+        let level = Level { width: 2, height: 1, cells: vec![[0.0], [4.0]] };
+        let mut blended = [[0.0]; 4];
+        blend_rows(&level, 0, [Wrap::Clamp; 2], &mut blended);
+        let finer: Vec<f32> = (0..4).map(|x| blend_columns(&blended, x)[0]).collect();
+        assert_eq!(finer, [0.0, 1.0, 3.0, 4.0]);
+    }
+}

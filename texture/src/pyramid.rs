@@ -1,0 +1,423 @@
+//! Fills the holes of an image by pull and push through a pyramid (Gortler, Grzeszczuk, Szeliski &
+//! Cohen, "The Lumigraph", SIGGRAPH 1996; Kraus, "The pull-push algorithm revisited", GRAPP 2009).
+//!
+//! Each texel has a value x and a weight w: 1 for a source, 0 for any other. *Pull* makes level
+//! r + 1 from level r, at half the size rounded up, with h̃ = (1 2 2 1)ᵀ(1 2 2 1) / 36:
+//!
+//! ```text
+//! w' = min(4 Σ h̃ w, 1)        x' = Σ h̃ w x / Σ h̃ w
+//! ```
+//!
+//! so that a coarse texel counts in full once it has seen one whole fine texel (the `kernel` module has the measurements).
+//! *Push* goes back from one texel to the image, with h = (¼ ¾)ᵀ(¼ ¾) about the nearest four:
+//!
+//! ```text
+//! tw = Σ h w'    tx = Σ h w' x' / tw    x ← tx (1 − w) + w x    w ← tw (1 − w) + w
+//! ```
+//!
+//! Levels hold w·x instead of x, so that both sums are plain. Indices beyond a level wrap as the sampler's do. A size that is odd under [`Wrap::Repeat`] or
+//! [`Wrap::Mirror`] makes one texel of the next level straddle the image's edge: its value belongs
+//! half a texel of that level off, and the fill stays smooth but is not exactly periodic.
+//!
+//! Guaranteed: nothing but holes is written; a filled value is a weighted mean of sources, so it
+//! lies between their least and greatest up to f32 rounding; values that are not sources, NaN
+//! among them, have no influence; the bits are the same at any number of threads. Not guaranteed:
+//! a ramp across a hole comes out bent, off by about an eighth of what it rises there, and beyond
+//! the sources the fill levels off.
+
+use rayon::prelude::*;
+
+use crate::kernel::{Cell, Level, blend_columns, blend_rows, pad, reduce, trust};
+use crate::{Plane, Wrap};
+
+/// What a texel does in a fill.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// It gives its value, and keeps it. The value must be finite.
+    Source,
+    /// It keeps its value, and gives nothing.
+    Bystander,
+    /// It takes what the sources give.
+    Hole,
+}
+
+/// Rows that one thread works on at a time.
+const ROWS: usize = 16;
+
+/// Fills the holes of `plane` from its sources; false, and nothing written, if there are no
+/// sources. `parts`: one per texel, row after row; `wrap`: along x and y. Every channel is filled
+/// alike.
+///
+/// Takes memory for a third of the image more, and one weight per three channels.
+///
+/// # Panics
+/// If `parts` has not one element per texel.
+pub fn fill_holes(plane: &mut Plane, parts: &[Part], wrap: [Wrap; 2]) -> bool {
+    assert_eq!(parts.len(), plane.width() * plane.height(), "parts and texels differ in number");
+    if !parts.contains(&Part::Source) {
+        return false;
+    }
+    if !parts.contains(&Part::Hole) {
+        return true;
+    }
+    let channels = plane.channels();
+    for first in (0..channels).step_by(3) {
+        match channels - first {
+            1 => fill_channels::<2>(plane, first, parts, wrap),
+            2 => fill_channels::<3>(plane, first, parts, wrap),
+            _ => fill_channels::<4>(plane, first, parts, wrap),
+        }
+    }
+    true
+}
+
+/// Fills `N - 1` channels from `first` on.
+fn fill_channels<const N: usize>(plane: &mut Plane, first: usize, parts: &[Part], wrap: [Wrap; 2]) {
+    if plane.width() == 1 && plane.height() == 1 {
+        return;
+    }
+    let mut levels = vec![pull_image::<N>(plane, first, parts, wrap)];
+    while let Some(last) = levels.last()
+        && (last.width > 1 || last.height > 1)
+    {
+        levels.push(pull_level(last, wrap));
+    }
+    for coarse in (1..levels.len()).rev() {
+        let (finer, coarser) = levels.split_at_mut(coarse);
+        push_level(&coarser[0], &mut finer[coarse - 1], wrap);
+    }
+    push_image(&levels[0], plane, first, parts, wrap);
+}
+
+fn pull_image<const N: usize>(
+    plane: &Plane,
+    first: usize,
+    parts: &[Part],
+    wrap: [Wrap; 2],
+) -> Level<N> {
+    let (width, channels) = (plane.width(), plane.channels());
+    pull_rows([width, plane.height()], wrap, |y, row: &mut [Cell<N>]| {
+        let texels = plane.data()[y * width * channels..].chunks_exact(channels);
+        let parts = &parts[y * width..(y + 1) * width];
+        for ((cell, texel), part) in row.iter_mut().zip(texels).zip(parts) {
+            *cell = [0.0; N];
+            if *part == Part::Source {
+                cell[..N - 1].copy_from_slice(&texel[first..first + N - 1]);
+                cell[N - 1] = 1.0;
+            }
+        }
+    })
+}
+
+fn pull_level<const N: usize>(fine: &Level<N>, wrap: [Wrap; 2]) -> Level<N> {
+    let width = fine.width;
+    pull_rows([width, fine.height], wrap, |y, row: &mut [Cell<N>]| {
+        row.copy_from_slice(&fine.cells[y * width..(y + 1) * width]);
+    })
+}
+
+/// The next coarser level of one of `size`, whose rows `read` writes out. Columns are reduced
+/// first, then rows.
+fn pull_rows<const N: usize>(
+    size: [usize; 2],
+    wrap: [Wrap; 2],
+    read: impl Fn(usize, &mut [Cell<N>]) + Sync,
+) -> Level<N> {
+    let [width, height] = size.map(|n| n.div_ceil(2));
+    let mut cells = vec![[0.0; N]; width * height];
+    let blocks = cells.par_chunks_mut(width * ROWS).enumerate();
+    blocks.for_each_init(
+        || (vec![[0.0; N]; size[0] + 3], vec![[0.0; N]; width * (2 * ROWS + 2)]),
+        |(padded, reduced), (block, cells)| {
+            let rows = cells.len() / width;
+            let top = (2 * block * ROWS) as i64 - 1;
+            for (y, out) in (top..).zip(reduced.chunks_exact_mut(width).take(2 * rows + 2)) {
+                read(wrap[1].texel(y, size[1]), &mut padded[1..=size[0]]);
+                pad(padded, wrap[0], size[0]);
+                for (cell, near) in out.iter_mut().zip(padded.windows(4).step_by(2)) {
+                    *cell = reduce([&near[0], &near[1], &near[2], &near[3]]);
+                }
+            }
+            for (y, out) in cells.chunks_exact_mut(width).enumerate() {
+                let rows: [&[Cell<N>]; 4] =
+                    std::array::from_fn(|k| &reduced[(2 * y + k) * width..][..width]);
+                for (x, cell) in out.iter_mut().enumerate() {
+                    *cell = reduce([&rows[0][x], &rows[1][x], &rows[2][x], &rows[3][x]]);
+                    trust(cell);
+                }
+            }
+        },
+    );
+    Level { width, height, cells }
+}
+
+fn push_level<const N: usize>(coarse: &Level<N>, fine: &mut Level<N>, wrap: [Wrap; 2]) {
+    let width = fine.width;
+    let blocks = fine.cells.par_chunks_mut(width * ROWS).enumerate();
+    blocks.for_each_init(
+        || vec![[0.0; N]; coarse.width + 2],
+        |blended, (block, cells)| {
+            for (y, row) in (block * ROWS..).zip(cells.chunks_exact_mut(width)) {
+                blend_rows(coarse, y, wrap, blended);
+                for (x, cell) in row.iter_mut().enumerate() {
+                    let given = blend_columns(blended, x);
+                    let (weight, given_weight) = (cell[N - 1], given[N - 1]);
+                    let filled = given_weight * (1.0 - weight) + weight;
+                    // w·x of the new w and x; the division turns Σ h w x into tx.
+                    let share = (1.0 - weight) / given_weight;
+                    *cell = std::array::from_fn(|k| (given[k] * share + cell[k]) * filled);
+                    cell[N - 1] = filled;
+                }
+            }
+        },
+    );
+}
+
+fn push_image<const N: usize>(
+    coarse: &Level<N>,
+    plane: &mut Plane,
+    first: usize,
+    parts: &[Part],
+    wrap: [Wrap; 2],
+) {
+    let (width, channels) = (plane.width(), plane.channels());
+    let blocks = plane.data_mut().par_chunks_mut(width * channels * ROWS).enumerate();
+    blocks.zip(parts.par_chunks(width * ROWS)).for_each_init(
+        || vec![[0.0; N]; coarse.width + 2],
+        |blended, ((block, texels), parts)| {
+            let rows = texels.chunks_exact_mut(width * channels).zip(parts.chunks_exact(width));
+            for (y, (row, parts)) in (block * ROWS..).zip(rows) {
+                if !parts.contains(&Part::Hole) {
+                    continue;
+                }
+                blend_rows(coarse, y, wrap, blended);
+                for (x, texel) in row.chunks_exact_mut(channels).enumerate() {
+                    if parts[x] == Part::Hole {
+                        let given: Cell<N> = blend_columns(blended, x);
+                        let unit = 1.0 / given[N - 1];
+                        for (value, sum) in texel[first..].iter_mut().zip(&given[..N - 1]) {
+                            *value = sum * unit;
+                        }
+                    }
+                }
+            }
+        },
+    );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const MODES: [Wrap; 3] = [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp];
+
+    /// Values and weights of a level, computed the slow way: in f64, all 16 taps of the formula.
+    struct Slow {
+        size: [usize; 2],
+        value: Vec<f64>,
+        weight: Vec<f64>,
+    }
+
+    impl Slow {
+        fn at(&self, x: i64, y: i64, wrap: [Wrap; 2]) -> (f64, f64) {
+            let texel =
+                wrap[1].texel(y, self.size[1]) * self.size[0] + wrap[0].texel(x, self.size[0]);
+            (self.value[texel], self.weight[texel])
+        }
+
+        fn pull(&self, wrap: [Wrap; 2]) -> Self {
+            let size = self.size.map(|n| n.div_ceil(2));
+            let mut coarse = Self { size, value: Vec::new(), weight: Vec::new() };
+            for (y, x) in (0..size[1] as i64).flat_map(|y| (0..size[0] as i64).map(move |x| (y, x)))
+            {
+                let kernel = [1.0, 2.0, 2.0, 1.0];
+                let (mut sum, mut weight) = (0.0, 0.0);
+                for (j, i) in (0..4).flat_map(|j| (0..4).map(move |i| (j, i))) {
+                    let (value, w) = self.at(2 * x - 1 + i as i64, 2 * y - 1 + j as i64, wrap);
+                    let h = kernel[i] * kernel[j] / 36.0;
+                    if w > 0.0 {
+                        sum += h * w * value;
+                        weight += h * w;
+                    }
+                }
+                coarse.value.push(if weight > 0.0 { sum / weight } else { 0.0 });
+                coarse.weight.push((4.0 * weight).min(1.0));
+            }
+            coarse
+        }
+
+        fn push(&mut self, coarse: &Self, wrap: [Wrap; 2]) {
+            for y in 0..self.size[1] {
+                for x in 0..self.size[0] {
+                    let (mut sum, mut weight) = (0.0, 0.0);
+                    let taps = |v: usize| {
+                        let step = 2 * (v as i64 % 2) - 1;
+                        [(v as i64 / 2, 0.75), (v as i64 / 2 + step, 0.25)]
+                    };
+                    for (v, hv) in taps(y) {
+                        for (u, hu) in taps(x) {
+                            let (value, w) = coarse.at(u, v, wrap);
+                            sum += hu * hv * w * value;
+                            weight += hu * hv * w;
+                        }
+                    }
+                    let texel = y * self.size[0] + x;
+                    let w = self.weight[texel];
+                    let kept = if w > 0.0 { w * self.value[texel] } else { 0.0 };
+                    self.value[texel] = sum / weight * (1.0 - w) + kept;
+                    self.weight[texel] = weight * (1.0 - w) + w;
+                }
+            }
+        }
+
+        fn fill(&mut self, wrap: [Wrap; 2]) {
+            if self.size != [1, 1] {
+                let mut coarse = self.pull(wrap);
+                coarse.fill(wrap);
+                self.push(&coarse, wrap);
+            }
+        }
+    }
+
+    /// A size, wrap modes, one value and one part per texel, with NaN wherever it must not matter.
+    fn image() -> impl Strategy<Value = ([usize; 2], [Wrap; 2], Vec<f32>, Vec<Part>)> {
+        let modes = [prop::sample::select(&MODES[..]), prop::sample::select(&MODES[..])];
+        ([1..40usize, 1..40usize], modes, 1..20u32).prop_flat_map(|(size, wrap, rarity)| {
+            let texels = size[0] * size[1];
+            let part = prop_oneof![
+                1 => Just(Part::Source), 1 => Just(Part::Bystander), rarity => Just(Part::Hole)
+            ];
+            (prop::collection::vec(-2.0..7.0f32, texels), prop::collection::vec(part, texels))
+                .prop_map(move |(mut values, parts)| {
+                    for (value, part) in values.iter_mut().zip(&parts) {
+                        if *part != Part::Source && value.fract() > 0.5 {
+                            *value = if *value > 3.0 { f32::INFINITY } else { f32::NAN };
+                        }
+                    }
+                    (size, wrap, values, parts)
+                })
+        })
+    }
+
+    fn bits(plane: &Plane) -> Vec<u32> {
+        plane.data().iter().map(|value| value.to_bits()).collect()
+    }
+
+    #[test]
+    fn one_level_of_pull_weighs_one_two_two_one_and_trusts_fourfold() {
+        // Texel 1 is 2/6 of the first coarse texel and 1/6 of the second; 4/3 saturates.
+        let mut plane = Plane::new(4, 1, 1);
+        plane.texel_mut(1, 0)[0] = 3.0;
+        let parts = [Part::Hole, Part::Source, Part::Hole, Part::Hole];
+        let level = pull_image::<2>(&plane, 0, &parts, [Wrap::Clamp; 2]);
+        assert_eq!([level.width, level.height], [2, 1]);
+        let expected = [[3.0, 1.0], [2.0, 4.0 / 6.0]];
+        for (cell, expected) in level.cells.iter().zip(expected) {
+            assert!(cell.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-6), "{cell:?}");
+        }
+    }
+
+    #[test]
+    fn without_sources_nothing_is_written() {
+        let mut plane = Plane::from_vec(2, 1, 1, vec![5.0, f32::NAN]);
+        let before = bits(&plane);
+        assert!(!fill_holes(&mut plane, &[Part::Hole, Part::Bystander], [Wrap::Repeat; 2]));
+        assert_eq!(bits(&plane), before);
+        assert!(!fill_holes(&mut Plane::new(0, 7, 3), &[], [Wrap::Repeat; 2]));
+        assert!(fill_holes(&mut Plane::new(1, 1, 3), &[Part::Source], [Wrap::Repeat; 2]));
+    }
+
+    #[test]
+    fn a_ramp_is_bridged() {
+        // A hole 32 wide in a ramp of slope 1: the fill is off by less than a sixth of the hole.
+        let mut plane = Plane::new(64, 64, 1);
+        let mut parts = vec![Part::Source; 64 * 64];
+        for (y, x) in (0..64).flat_map(|y| (0..64).map(move |x| (y, x))) {
+            let hole = (16..48).contains(&x) && (16..48).contains(&y);
+            plane.texel_mut(x, y)[0] = if hole { -1.0 } else { x as f32 };
+            if hole {
+                parts[y * 64 + x] = Part::Hole;
+            }
+        }
+        assert!(fill_holes(&mut plane, &parts, [Wrap::Clamp; 2]));
+        let error = |x: usize, y: usize| (plane.texel(x, y)[0] - x as f32).abs();
+        let most = (0..64).flat_map(|y| (0..64).map(move |x| (x, y))).map(|(x, y)| error(x, y));
+        let most = most.fold(0.0, f32::max);
+        assert!(most < 32.0 / 6.0, "{most}");
+    }
+
+    #[test]
+    fn a_fill_crosses_the_edge_only_where_the_image_repeats() {
+        // Sources 1 at the left, 9 at the right; the hole lies right of the left one.
+        let fill = |wrap| {
+            let mut plane = Plane::from_vec(8, 1, 1, vec![1., 0., 0., 0., 0., 0., 0., 9.]);
+            let mut parts = [Part::Hole; 8];
+            parts[0] = Part::Source;
+            parts[7] = Part::Source;
+            fill_holes(&mut plane, &parts, [wrap, Wrap::Clamp]);
+            plane.texel(1, 0)[0]
+        };
+        assert!(fill(Wrap::Repeat) > fill(Wrap::Clamp) + 0.5);
+        assert_eq!(fill(Wrap::Mirror).to_bits(), fill(Wrap::Clamp).to_bits());
+    }
+
+    proptest! {
+        #[test]
+        fn the_fill_is_that_of_the_formula((size, wrap, values, parts) in image()) {
+            let mut plane = Plane::from_vec(size[0], size[1], 1, values.clone());
+            let filled = fill_holes(&mut plane, &parts, wrap);
+            prop_assert_eq!(filled, parts.contains(&Part::Source));
+            let weight = parts.iter().map(|&p| if p == Part::Source { 1.0 } else { 0.0 }).collect();
+            let mut slow = Slow { size, value: values.iter().copied().map(f64::from).collect(), weight };
+            if filled {
+                slow.fill(wrap);
+            }
+            for (texel, part) in parts.iter().enumerate() {
+                let found = plane.data()[texel];
+                if filled && *part == Part::Hole {
+                    prop_assert!((f64::from(found) - slow.value[texel]).abs() < 2e-5);
+                } else {
+                    prop_assert_eq!(found.to_bits(), values[texel].to_bits());
+                }
+            }
+        }
+
+        #[test]
+        fn filled_values_lie_between_the_sources((size, wrap, values, parts) in image()) {
+            let mut plane = Plane::from_vec(size[0], size[1], 1, values.clone());
+            if fill_holes(&mut plane, &parts, wrap) {
+                let sources = || values.iter().zip(&parts).filter(|s| *s.1 == Part::Source).map(|s| *s.0);
+                let least = sources().fold(f32::INFINITY, f32::min);
+                let greatest = sources().fold(f32::NEG_INFINITY, f32::max);
+                for (&value, part) in plane.data().iter().zip(&parts) {
+                    if *part == Part::Hole {
+                        prop_assert!(value >= least - 1e-5 && value <= greatest + 1e-5);
+                    }
+                }
+            }
+        }
+
+        #[test]
+        fn channels_and_threads_do_not_change_the_bits((size, wrap, values, parts) in image(), channels in 1..8usize) {
+            let texels = size[0] * size[1];
+            let many = (0..texels * channels).map(|i| values[i / channels] + (i % channels) as f32);
+            let plane = Plane::from_vec(size[0], size[1], channels, many.collect());
+            let fill = |threads: usize| {
+                let mut plane = plane.clone();
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                pool.install(|| fill_holes(&mut plane, &parts, wrap));
+                plane
+            };
+            let one = fill(1);
+            prop_assert_eq!(bits(&one), bits(&fill(2)));
+            for channel in 0..channels {
+                let alone = values.iter().map(|value| value + channel as f32).collect();
+                let mut alone = Plane::from_vec(size[0], size[1], 1, alone);
+                fill_holes(&mut alone, &parts, wrap);
+                let found = one.data().iter().skip(channel).step_by(channels).map(|v| v.to_bits());
+                prop_assert_eq!(found.collect::<Vec<_>>(), bits(&alone));
+            }
+        }
+    }
+}

@@ -1,0 +1,390 @@
+//! Rasterises UV triangles: which texels does one cover, and where in the triangle do they lie?
+//!
+//! A texel is covered when its centre lies in the triangle or on its outline. Each edge is a
+//! function E(p) = d × (p − a), positive on one side (Pineda, "A parallel algorithm for polygon
+//! rasterization", SIGGRAPH 1988). The endpoints of an edge are put in one order before E is
+//! computed, so that the two triangles at an edge get the same number with opposite signs: no
+//! centre falls between them, whatever the rounding. Rounding is monotone, so the texels an edge
+//! lets through in a row are those on one side of some texel, and a triangle's row is one span.
+//!
+//! Guaranteed: a centre exactly on an outline is covered; triangles that share an edge leave no
+//! gap; nothing outside the window is visited, so work is bounded by it; triangles with a NaN or an
+//! infinity, or without area, cover nothing. Not guaranteed: the texels on a shared edge belong to
+//! both triangles, not to one; coordinates beyond 2^52 texels carry no fraction to be exact about.
+
+use std::ops::Range;
+
+use glam::{DVec2, Vec2};
+
+/// Texel coordinates beyond this have no fraction left in an f64.
+const FAR: i64 = 1 << 52;
+
+/// A UV in texels of an image of `size` (width, height): (0, 0) is its top left corner. Exact for
+/// images of up to 2^29 texels a side.
+#[inline]
+pub fn to_texels(uv: Vec2, size: [usize; 2]) -> DVec2 {
+    uv.as_dvec2() * DVec2::new(size[0] as f64, size[1] as f64)
+}
+
+/// A texel whose centre a triangle covers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Texel {
+    /// Column, not wrapped: negative or beyond the image where the UVs are.
+    pub x: i64,
+    /// Row, not wrapped.
+    pub y: i64,
+    /// Weights of the triangle's corners at the texel's centre; at least 0, sum 1.
+    pub barycentrics: [f64; 3],
+}
+
+/// The texels that may be visited: columns and rows, not wrapped.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Window {
+    /// Columns.
+    pub x: Range<i64>,
+    /// Rows.
+    pub y: Range<i64>,
+}
+
+impl Window {
+    /// The texels of an image.
+    pub fn image(width: usize, height: usize) -> Self {
+        Self { x: 0..width as i64, y: 0..height as i64 }
+    }
+
+    /// Every texel whose coordinates mean something.
+    pub(crate) fn columns_of_rows(y: Range<i64>) -> Self {
+        Self { x: -FAR..FAR, y }
+    }
+}
+
+/// A directed edge as a function that is positive inside the triangle.
+#[derive(Clone, Copy, Debug)]
+struct Edge {
+    start: DVec2,
+    along: DVec2,
+    sign: f64,
+    /// Added to the function; grows the triangle.
+    slack: f64,
+}
+
+impl Edge {
+    fn new(a: DVec2, b: DVec2) -> Self {
+        let forward = (a.x, a.y) <= (b.x, b.y);
+        let (start, end) = if forward { (a, b) } else { (b, a) };
+        Self { start, along: end - start, sign: if forward { 1.0 } else { -1.0 }, slack: 0.0 }
+    }
+
+    #[inline]
+    fn at(&self, p: DVec2) -> f64 {
+        let from = p - self.start;
+        self.sign * (self.along.x * from.y - self.along.y * from.x) + self.slack
+    }
+
+    /// How the function changes along a row.
+    #[inline]
+    fn slope(&self) -> f64 {
+        -self.sign * self.along.y
+    }
+
+    /// Where the function is 0 in the row at `y`. Rounded; callers check their neighbours.
+    #[inline]
+    fn zero(&self, y: f64) -> f64 {
+        let rise = self.sign * self.along.x * (y - self.start.y) + self.slack;
+        self.start.x - rise / self.slope()
+    }
+}
+
+/// A triangle in texels, ready to be rasterised.
+#[derive(Clone, Copy, Debug)]
+pub struct UvTriangle {
+    corners: [DVec2; 3],
+    /// Edge `i` lies opposite corner `i`.
+    edges: [Edge; 3],
+    /// 0, or 1 for the triangle grown by what bilinear filtering reads.
+    reach: f64,
+}
+
+impl UvTriangle {
+    /// The triangle with these corners (texels, either orientation), or none if one of them is not
+    /// finite or they enclose no area.
+    pub fn new(corners: [DVec2; 3]) -> Option<Self> {
+        let [a, b, c] = corners;
+        if !(a.is_finite() && b.is_finite() && c.is_finite()) {
+            return None;
+        }
+        let mut edges = [Edge::new(b, c), Edge::new(c, a), Edge::new(a, b)];
+        let area = edges[0].at(a);
+        if area == 0.0 || !area.is_finite() {
+            return None;
+        }
+        for edge in &mut edges {
+            edge.sign *= area.signum();
+        }
+        Some(Self { corners, edges, reach: 0.0 })
+    }
+
+    /// The triangle grown to all the texels that a bilinear tap at a position inside it can give
+    /// weight to: those whose centres lie less than one texel away along both axes (the Minkowski
+    /// sum with an open square of side 2). Its texels have no barycentrics within 0…1.
+    pub(crate) fn grown_by_filter(mut self) -> Self {
+        for edge in &mut self.edges {
+            edge.slack = edge.along.x.abs() + edge.along.y.abs();
+        }
+        self.reach = 1.0;
+        self
+    }
+
+    /// Whether an edge function lets a texel through: the triangle itself is closed, the grown one
+    /// open.
+    #[inline]
+    fn passes(&self, value: f64) -> bool {
+        if self.reach > 0.0 { value > 0.0 } else { value >= 0.0 }
+    }
+
+    fn bounds(&self, axis: usize) -> [f64; 2] {
+        let [a, b, c] = self.corners.map(|corner| corner[axis]);
+        [a.min(b).min(c) - self.reach, a.max(b).max(c) + self.reach]
+    }
+
+    /// The texels along one axis whose centres lie between two bounds.
+    fn centres_between(&self, [low, high]: [f64; 2]) -> Range<i64> {
+        let (low, high) = (low - 0.5, high - 0.5);
+        let range = if self.reach > 0.0 {
+            [low.floor() + 1.0, high.ceil()]
+        } else {
+            [low.ceil(), high.floor() + 1.0]
+        };
+        let [start, end] = range.map(|at| at.clamp(-FAR as f64, FAR as f64) as i64);
+        start..end.max(start)
+    }
+
+    /// The rows that the triangle's bounding box covers.
+    pub(crate) fn rows(&self) -> Range<i64> {
+        self.centres_between(self.bounds(1))
+    }
+
+    /// The columns that the triangle's bounding box covers.
+    pub(crate) fn columns(&self) -> Range<i64> {
+        self.centres_between(self.bounds(0))
+    }
+
+    /// The columns that the part of the triangle in some range of `y` covers; for a grown triangle
+    /// also some at its cut corners that no tap reads.
+    pub(crate) fn columns_within(&self, y: [f64; 2]) -> Range<i64> {
+        let [low, high] = [y[0] - self.reach, y[1] + self.reach];
+        let mut bounds = [f64::INFINITY, f64::NEG_INFINITY];
+        let mut add = |x: f64| bounds = [bounds[0].min(x), bounds[1].max(x)];
+        for (i, &a) in self.corners.iter().enumerate() {
+            let b = self.corners[(i + 1) % 3];
+            if (low..=high).contains(&a.y) {
+                add(a.x);
+            }
+            for cut in [low, high] {
+                if (a.y < cut) != (b.y < cut) {
+                    add(a.x + (b.x - a.x) * ((cut - a.y) / (b.y - a.y)));
+                }
+            }
+        }
+        if bounds[0] > bounds[1] {
+            return 0..0;
+        }
+        self.centres_between([bounds[0] - self.reach, bounds[1] + self.reach])
+    }
+
+    /// Visits the rows of the triangle in `window`: row, and its covered columns. Rows come in
+    /// order; empty ones are left out.
+    pub fn spans(&self, window: &Window, mut visit: impl FnMut(i64, Range<i64>)) {
+        let (rows, columns) = (self.rows(), self.columns());
+        let start = columns.start.max(window.x.start).max(-FAR);
+        let end = columns.end.min(window.x.end).min(FAR);
+        for y in rows.start.max(window.y.start)..rows.end.min(window.y.end) {
+            let span = self.span(y, start..end);
+            if !span.is_empty() {
+                visit(y, span);
+            }
+        }
+    }
+
+    /// The columns of row `y` that all three edges let through.
+    fn span(&self, y: i64, columns: Range<i64>) -> Range<i64> {
+        let centre = y as f64 + 0.5;
+        let Range { mut start, mut end } = columns;
+        for edge in &self.edges {
+            let inside = |x: i64| self.passes(edge.at(DVec2::new(x as f64 + 0.5, centre)));
+            let slope = edge.slope();
+            if slope == 0.0 {
+                if !inside(start) {
+                    return 0..0;
+                }
+                continue;
+            }
+            let guess = (edge.zero(centre) - 0.5).ceil().clamp(-FAR as f64, FAR as f64) as i64;
+            if slope > 0.0 {
+                start = start.max(first_where(inside, guess));
+            } else {
+                end = end.min(first_where(|x| !inside(x), guess));
+            }
+        }
+        start..end.max(start)
+    }
+
+    /// Visits every texel of the triangle in `window`, row by row.
+    pub fn texels(&self, window: &Window, mut visit: impl FnMut(Texel)) {
+        self.spans(window, |y, span| {
+            for x in span {
+                let centre = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+                visit(Texel { x, y, barycentrics: self.barycentrics(centre) });
+            }
+        });
+    }
+
+    /// Weights of the corners at `p` (texels): sum 1, negative beyond an edge.
+    #[inline]
+    pub fn barycentrics(&self, p: DVec2) -> [f64; 3] {
+        let areas = self.edges.map(|edge| edge.at(p) - edge.slack);
+        let sum = areas[0] + areas[1] + areas[2];
+        if sum > 0.0 { areas.map(|area| area / sum) } else { [1.0 / 3.0; 3] }
+    }
+}
+
+/// The first integer where `holds`, which is false below some integer and true from it on; `guess`
+/// is at most two off, which is what rounding can do to the zero of an edge.
+#[inline]
+fn first_where(holds: impl Fn(i64) -> bool, guess: i64) -> i64 {
+    let mut first = guess;
+    for _ in 0..2 {
+        if holds(first - 1) {
+            first -= 1;
+        } else if !holds(first) {
+            first += 1;
+        } else {
+            break;
+        }
+    }
+    first
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn triangle(corners: [[f64; 2]; 3]) -> Option<UvTriangle> {
+        UvTriangle::new(corners.map(DVec2::from))
+    }
+
+    fn covered(triangle: &UvTriangle, window: &Window) -> Vec<(i64, i64)> {
+        let mut texels = Vec::new();
+        triangle.texels(window, |texel| texels.push((texel.x, texel.y)));
+        texels
+    }
+
+    #[test]
+    fn centres_on_the_outline_are_covered_in_either_orientation() {
+        // Both legs run through the centres of row 0 and column 0, the hypotenuse as well.
+        let window = Window::image(8, 8);
+        let expected = [(0, 0), (1, 0), (2, 0), (0, 1), (1, 1), (0, 2)];
+        let one = triangle([[0.5, 0.5], [2.5, 0.5], [0.5, 2.5]]).unwrap();
+        let other = triangle([[0.5, 0.5], [0.5, 2.5], [2.5, 0.5]]).unwrap();
+        assert_eq!(covered(&one, &window), expected);
+        assert_eq!(covered(&other, &window), expected);
+    }
+
+    #[test]
+    fn texels_left_of_and_above_the_image_keep_their_coordinates() {
+        let window = Window { x: -10..10, y: -10..10 };
+        let triangle = triangle([[-2.0, -1.0], [-1.0, -1.0], [-2.0, 3.0]]).unwrap();
+        assert_eq!(covered(&triangle, &window), [(-2, -1), (-2, 0)]);
+    }
+
+    #[test]
+    fn hostile_triangles_are_empty_or_stay_in_the_window() {
+        assert!(triangle([[f64::NAN, 0.0], [1.0, 0.0], [0.0, 1.0]]).is_none());
+        assert!(triangle([[0.0, 0.0], [1.0, 1.0], [3.0, 3.0]]).is_none());
+        assert!(triangle([[f64::MAX, 0.0], [-f64::MAX, 1.0], [0.0, f64::MAX]]).is_none());
+        let window = Window { x: -4..4, y: -4..4 };
+        let huge = triangle([[-1e30, -1e30], [1e30, -1e30], [0.0, 1e30]]).unwrap();
+        assert_eq!(covered(&huge, &window).len(), 64);
+        let far = triangle([[1e30, 1e30], [2e30, 1e30], [1e30, 3e30]]).unwrap();
+        assert!(covered(&far, &window).is_empty());
+        let everywhere = Window { x: i64::MIN..i64::MAX, y: 0..1 };
+        huge.spans(&everywhere, |_, span| assert!(span.end - span.start > 1 << 50));
+    }
+
+    #[test]
+    fn a_grown_triangle_covers_what_bilinear_taps_read() {
+        // Taps at (1…2, 1…2) blend columns and rows 0 to 2, with weight 0 for 0 and 2 at the ends.
+        let inner = triangle([[1.0, 1.0], [2.0, 1.0], [1.0, 2.0]]).unwrap();
+        let window = Window { x: -8..8, y: -8..8 };
+        let texels = covered(&inner.grown_by_filter(), &window);
+        assert_eq!(texels, [(0, 0), (1, 0), (2, 0), (0, 1), (1, 1), (2, 1), (0, 2), (1, 2)]);
+        // (2, 2) has its centre exactly one texel from the hypotenuse: no tap gives it weight.
+    }
+
+    #[test]
+    fn part_of_a_triangle_spans_its_own_columns() {
+        let triangle = triangle([[0.0, 0.0], [8.0, 0.0], [0.0, 8.0]]).unwrap();
+        assert_eq!(triangle.columns_within([4.0, 9.0]), 0..4);
+        assert_eq!(triangle.columns_within([-9.0, -1.0]), 0..0);
+    }
+
+    fn grid_point() -> impl Strategy<Value = [f64; 2]> {
+        // Multiples of ⅛ hit centres and outlines often.
+        prop::array::uniform2((-40..120i32).prop_map(|v| f64::from(v) / 8.0))
+    }
+
+    proptest! {
+        #[test]
+        fn coverage_is_that_of_exact_edge_functions(corners in [grid_point(), grid_point(), grid_point()]) {
+            let window = Window { x: -8..18, y: -8..18 };
+            let [a, b, c] = corners.map(|p| p.map(|v| (v * 16.0) as i64));
+            let side = |p: [i64; 2], q: [i64; 2], r: [i64; 2]| {
+                ((q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])).signum()
+            };
+            let area = side(a, b, c);
+            let mut expected = Vec::new();
+            for y in window.y.clone() {
+                for x in window.x.clone() {
+                    let p = [x * 16 + 8, y * 16 + 8];
+                    let inside = [side(a, b, p), side(b, c, p), side(c, a, p)];
+                    if area != 0 && inside.iter().all(|s| s * area >= 0) {
+                        expected.push((x, y));
+                    }
+                }
+            }
+            let found = triangle(corners).map(|t| covered(&t, &window)).unwrap_or_default();
+            prop_assert_eq!(found, expected);
+        }
+
+        #[test]
+        fn triangles_around_a_point_leave_no_gap(
+            hub in [1.0..15.0f64, 1.0..15.0f64],
+            scale in prop::sample::select(vec![1.0, 1e3, 1e6]),
+        ) {
+            let rim = [[0.0, 0.0], [16.0, 0.0], [16.0, 16.0], [0.0, 16.0]];
+            let shift = |p: [f64; 2]| [p[0] + scale, p[1] + scale];
+            let base = scale as i64;
+            let window = Window { x: base..base + 16, y: base..base + 16 };
+            let mut hits = std::collections::BTreeSet::new();
+            for i in 0..4 {
+                if let Some(t) = triangle([shift(hub), shift(rim[i]), shift(rim[(i + 1) % 4])]) {
+                    hits.extend(covered(&t, &window));
+                }
+            }
+            prop_assert_eq!(hits.len(), 256);
+        }
+
+        #[test]
+        fn barycentrics_rebuild_the_centre(corners in [grid_point(), grid_point(), grid_point()]) {
+            if let Some(t) = triangle(corners) {
+                t.texels(&Window { x: -8..18, y: -8..18 }, |texel| {
+                    let b = texel.barycentrics;
+                    let at = (0..3).map(|i| b[i] * DVec2::from(corners[i])).sum::<DVec2>();
+                    assert!(b.iter().all(|&w| w >= 0.0));
+                    assert!(at.distance(DVec2::new(texel.x as f64 + 0.5, texel.y as f64 + 0.5)) < 1e-9);
+                });
+            }
+        }
+    }
+}

@@ -1,0 +1,398 @@
+//! Replaces the texels of an image that may not be trusted by a smooth continuation of the others.
+//!
+//! Averages are taken where averaging is meant: colors in linear light, normals as vectors that
+//! are scaled back to length 1, everything else as stored. Alpha is filled on its own, and a texel
+//! that nobody sees, of alpha 0 in a color image, does not lend its color to others.
+//!
+//! Guaranteed: samples of valid texels are not written, so they keep their bits in 8-bit, 16-bit
+//! and float images; only a NaN or an infinity is invalid whatever the mask says. A filled value is
+//! rounded to the nearest sample. Not guaranteed: texture detail. The fill is smooth on purpose:
+//! mip maps and filters read it, nobody looks at it.
+
+use image::{DynamicImage, ImageBuffer, Pixel};
+use rayon::prelude::*;
+
+use crate::pyramid::{Part, fill_holes};
+use crate::samples::{Coding, Sample};
+use crate::{Error, Plane, Result, Validity, Wrap};
+
+/// What the samples of an image mean.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Role {
+    /// Base color, emission: sRGB in integer images, linear light in float images.
+    #[default]
+    Color,
+    /// A normal map: unit vectors stored as (v + 1) / 2 in three channels.
+    Normal,
+    /// Anything else, channel by channel as stored: occlusion, roughness, metalness, masks.
+    Data,
+}
+
+/// What a repair did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Outcome {
+    /// Texels that were invalid and have a value now.
+    pub filled: usize,
+    /// Texels that are still invalid, because no valid texel had a value to lend: none or all.
+    pub remaining: usize,
+}
+
+/// Fills the invalid texels of `image`; `wrap` is how its sampler reads beyond the edges, along u
+/// and v. Gray and RGB images of 8 or 16 bits or f32 (RGB), each with alpha or without.
+///
+/// An image of fewer than three color channels is no normal map, and is treated as [`Role::Data`].
+///
+/// # Errors
+/// [`Error::Invalid`] if `validity` has another size than `image`, or the image is of a kind not
+/// named above.
+pub fn repair(
+    image: &mut DynamicImage,
+    role: Role,
+    validity: &Validity,
+    wrap: [Wrap; 2],
+) -> Result<Outcome> {
+    let (width, height) = (image.width() as usize, image.height() as usize);
+    if (width, height) != (validity.width(), validity.height()) {
+        let [w, h] = [validity.width(), validity.height()];
+        let what = format!("the image has {width}×{height} texels, its validity mask {w}×{h}");
+        return Err(Error::Invalid { what });
+    }
+    let job = Job { role, validity, wrap };
+    Ok(match image {
+        DynamicImage::ImageLuma8(image) => job.run(image),
+        DynamicImage::ImageLumaA8(image) => job.run(image),
+        DynamicImage::ImageRgb8(image) => job.run(image),
+        DynamicImage::ImageRgba8(image) => job.run(image),
+        DynamicImage::ImageLuma16(image) => job.run(image),
+        DynamicImage::ImageLumaA16(image) => job.run(image),
+        DynamicImage::ImageRgb16(image) => job.run(image),
+        DynamicImage::ImageRgba16(image) => job.run(image),
+        DynamicImage::ImageRgb32F(image) => job.run(image),
+        DynamicImage::ImageRgba32F(image) => job.run(image),
+        other => {
+            let what = format!("images of kind {:?} are not known", other.color());
+            return Err(Error::Invalid { what });
+        }
+    })
+}
+
+/// A repair, whatever the kind of image.
+#[derive(Clone, Copy)]
+struct Job<'a> {
+    role: Role,
+    validity: &'a Validity,
+    wrap: [Wrap; 2],
+}
+
+/// Channels that are filled together, from `first` on, of `stride` samples per texel.
+#[derive(Clone, Copy)]
+struct Group {
+    first: usize,
+    count: usize,
+    stride: usize,
+    coding: Coding,
+}
+
+impl Job<'_> {
+    fn run<P>(self, image: &mut ImageBuffer<P, Vec<P::Subpixel>>) -> Outcome
+    where
+        P: Pixel,
+        P::Subpixel: Sample,
+    {
+        let stride = P::CHANNEL_COUNT as usize;
+        let has_alpha = stride.is_multiple_of(2);
+        let count = stride - usize::from(has_alpha);
+        let coding = match self.role {
+            Role::Color => Coding::Light,
+            Role::Normal if count == 3 => Coding::Vector,
+            Role::Normal | Role::Data => Coding::Linear,
+        };
+        let color = Group { first: 0, count, stride, coding };
+        let alpha = Group { first: count, count: 1, stride, coding: Coding::Linear };
+        let groups = if has_alpha { vec![color, alpha] } else { vec![color] };
+
+        let unseen = has_alpha && self.role == Role::Color;
+        let mut invalid = vec![false; self.validity.flags().len()];
+        let mut remaining = invalid.clone();
+        for group in groups {
+            let unseen = unseen.then_some(count).filter(|_| group.first == 0);
+            let parts = self.parts(image, group, unseen);
+            let filled = self.fill(image, group, &parts);
+            for (texel, _) in parts.iter().enumerate().filter(|(_, part)| **part == Part::Hole) {
+                invalid[texel] = true;
+                remaining[texel] |= !filled;
+            }
+        }
+        let count = |flags: &[bool]| flags.iter().filter(|&&flag| flag).count();
+        let remaining = count(&remaining);
+        Outcome { filled: count(&invalid) - remaining, remaining }
+    }
+
+    /// What each texel does. A valid texel whose alpha, in channel `unseen`, is 0 lends nothing.
+    fn parts<S: Sample>(self, samples: &[S], group: Group, unseen: Option<usize>) -> Vec<Part> {
+        let texels = samples.par_chunks_exact(group.stride);
+        let part = |(texel, &valid): (&[S], &bool)| {
+            let mut color = texel[group.first..group.first + group.count].iter();
+            if !valid || !color.all(|sample| sample.is_number()) {
+                Part::Hole
+            } else if unseen.is_some_and(|alpha| texel[alpha].is_zero()) {
+                Part::Bystander
+            } else {
+                Part::Source
+            }
+        };
+        texels.zip(self.validity.flags()).map(part).collect()
+    }
+
+    /// Fills one group's holes; false if it has no sources.
+    fn fill<S: Sample>(self, samples: &mut [S], group: Group, parts: &[Part]) -> bool {
+        if !parts.contains(&Part::Hole) {
+            return true;
+        }
+        let Group { first, count, stride, coding } = group;
+        let mut plane = Plane::new(self.validity.width(), self.validity.height(), count);
+        let texels = plane.data_mut().par_chunks_exact_mut(count);
+        texels.zip(samples.par_chunks_exact(stride)).zip(parts).for_each(
+            |((texel, samples), part)| {
+                if *part == Part::Source {
+                    for (value, sample) in texel.iter_mut().zip(&samples[first..]) {
+                        *value = sample.decode(coding);
+                    }
+                }
+            },
+        );
+        if !fill_holes(&mut plane, parts, self.wrap) {
+            return false;
+        }
+        let texels = plane.data_mut().par_chunks_exact_mut(count);
+        texels.zip(samples.par_chunks_exact_mut(stride)).zip(parts).for_each(
+            |((texel, samples), part)| {
+                if *part == Part::Hole {
+                    if coding == Coding::Vector {
+                        renormalize(texel);
+                    }
+                    for (value, sample) in texel.iter().zip(&mut samples[first..]) {
+                        *sample = S::encode(*value, coding);
+                    }
+                }
+            },
+        );
+        true
+    }
+}
+
+/// Scales a vector to length 1; the mean of opposite normals, which has no direction, becomes the
+/// flat normal.
+fn renormalize(vector: &mut [f32]) {
+    let length = vector.iter().map(|v| v * v).sum::<f32>().sqrt();
+    if length > 1e-6 {
+        vector.iter_mut().for_each(|v| *v /= length);
+    } else {
+        vector.copy_from_slice(&[0.0, 0.0, 1.0]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::color::linear_to_srgb;
+    use image::ColorType;
+    use proptest::prelude::*;
+
+    const KINDS: [ColorType; 10] = [
+        ColorType::L8,
+        ColorType::La8,
+        ColorType::Rgb8,
+        ColorType::Rgba8,
+        ColorType::L16,
+        ColorType::La16,
+        ColorType::Rgb16,
+        ColorType::Rgba16,
+        ColorType::Rgb32F,
+        ColorType::Rgba32F,
+    ];
+    const ROLES: [Role; 3] = [Role::Color, Role::Normal, Role::Data];
+    const MODES: [Wrap; 3] = [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp];
+
+    /// An image of a kind whose samples are the given bytes; floats are made finite.
+    fn image(kind: ColorType, size: [u32; 2], bytes: &[u8]) -> DynamicImage {
+        let mut image = DynamicImage::new(size[0], size[1], kind);
+        let fill8 = |samples: &mut [u8]| samples.copy_from_slice(&bytes[..samples.len()]);
+        let fill16 = |samples: &mut [u16]| {
+            for (sample, pair) in samples.iter_mut().zip(bytes.chunks_exact(2)) {
+                *sample = u16::from_le_bytes([pair[0], pair[1]]);
+            }
+        };
+        let fill32 = |samples: &mut [f32]| {
+            for (sample, &byte) in samples.iter_mut().zip(bytes) {
+                *sample = f32::from(byte) / 50.0;
+            }
+        };
+        match &mut image {
+            DynamicImage::ImageLuma8(image) => fill8(image),
+            DynamicImage::ImageLumaA8(image) => fill8(image),
+            DynamicImage::ImageRgb8(image) => fill8(image),
+            DynamicImage::ImageRgba8(image) => fill8(image),
+            DynamicImage::ImageLuma16(image) => fill16(image),
+            DynamicImage::ImageLumaA16(image) => fill16(image),
+            DynamicImage::ImageRgb16(image) => fill16(image),
+            DynamicImage::ImageRgba16(image) => fill16(image),
+            DynamicImage::ImageRgb32F(image) => fill32(image),
+            DynamicImage::ImageRgba32F(image) => fill32(image),
+            other => unreachable!("{:?}", other.color()),
+        }
+        image
+    }
+
+    prop_compose! {
+        fn case()(size in [1..24u32, 1..24u32], kind in 0..10usize, role in 0..3usize, modes in [0..3usize, 0..3usize])(
+            bytes in prop::collection::vec(any::<u8>(), (size[0] * size[1] * 8) as usize),
+            mask in prop::collection::vec(any::<bool>(), (size[0] * size[1]) as usize),
+            size in Just(size), kind in Just(KINDS[kind]), role in Just(ROLES[role]),
+            wrap in Just(modes.map(|m| MODES[m])),
+        ) -> (DynamicImage, Role, Validity, [Wrap; 2]) {
+            let validity = Validity::from_flags(size[0] as usize, size[1] as usize, mask);
+            (image(kind, size, &bytes), role, validity, wrap)
+        }
+    }
+
+    fn gray(samples: &[u8]) -> DynamicImage {
+        let image = image::GrayImage::from_raw(samples.len() as u32, 1, samples.to_vec()).unwrap();
+        DynamicImage::ImageLuma8(image)
+    }
+
+    #[test]
+    fn colors_are_averaged_in_linear_light_and_data_as_stored() {
+        let validity = Validity::from_flags(3, 1, vec![true, false, true]);
+        let middle = |role| {
+            let mut image = gray(&[0, 77, 255]);
+            let outcome = repair(&mut image, role, &validity, [Wrap::Mirror; 2]).unwrap();
+            assert_eq!(outcome, Outcome { filled: 1, remaining: 0 });
+            image.as_bytes()[1]
+        };
+        let stored = middle(Role::Data);
+        let light = f32::from(stored) / 255.0;
+        assert_eq!(middle(Role::Color), (linear_to_srgb(light) * 255.0).round() as u8);
+        assert!(stored > 60 && stored < 195);
+    }
+
+    #[test]
+    fn without_valid_texels_nothing_happens() {
+        let mut image = gray(&[1, 2, 3]);
+        let none = Validity::from_flags(3, 1, vec![false; 3]);
+        let outcome = repair(&mut image, Role::Color, &none, [Wrap::Repeat; 2]).unwrap();
+        assert_eq!(outcome, Outcome { filled: 0, remaining: 3 });
+        assert_eq!(image.as_bytes(), [1, 2, 3]);
+    }
+
+    #[test]
+    fn a_mask_of_another_size_is_refused() {
+        let other = Validity::from_flags(1, 3, vec![true; 3]);
+        let error = repair(&mut gray(&[1, 2, 3]), Role::Color, &other, [Wrap::Repeat; 2]);
+        assert!(error.unwrap_err().to_string().contains("3×1"));
+    }
+
+    #[test]
+    fn an_unseen_texel_lends_its_alpha_but_not_its_color() {
+        // Red opaque, hole, green but transparent.
+        let raw = vec![255, 0, 0, 255, 9, 9, 9, 9, 0, 255, 0, 0];
+        let image = image::RgbaImage::from_raw(3, 1, raw).unwrap();
+        let mut image = DynamicImage::ImageRgba8(image);
+        let validity = Validity::from_flags(3, 1, vec![true, false, true]);
+        repair(&mut image, Role::Color, &validity, [Wrap::Clamp; 2]).unwrap();
+        let bytes = image.as_bytes();
+        assert_eq!(bytes[..4], [255, 0, 0, 255]);
+        assert_eq!(bytes[4..7], [255, 0, 0]);
+        assert!(bytes[7] > 50 && bytes[7] < 205);
+        assert_eq!(bytes[8..], [0, 255, 0, 0]);
+    }
+
+    #[test]
+    fn texels_that_are_no_numbers_are_replaced_whatever_the_mask_says() {
+        let raw =
+            vec![1.0, 2.0, 65024.0, f32::NAN, 0.0, 0.0, 3.0, f32::INFINITY, 0.0, 1.0, 2.0, 65024.0];
+        let mut image = DynamicImage::ImageRgb32F(ImageBuffer::from_raw(4, 1, raw).unwrap());
+        let all = Validity::from_flags(4, 1, vec![true; 4]);
+        let outcome = repair(&mut image, Role::Color, &all, [Wrap::Clamp; 2]).unwrap();
+        assert_eq!(outcome, Outcome { filled: 2, remaining: 0 });
+        for texel in image.as_rgb32f().unwrap().pixels() {
+            let expected = [1.0, 2.0, 65024.0];
+            assert!(
+                texel.0.iter().zip(expected).all(|(v, e): (&f32, f32)| (v / e - 1.0).abs() < 1e-5)
+            );
+        }
+    }
+
+    #[test]
+    fn filled_normals_have_length_one() {
+        // +x, hole, +y: the mean of the two is shorter than 1 before it is scaled.
+        let raw = vec![255, 128, 128, 0, 0, 0, 128, 255, 128];
+        let mut image = DynamicImage::ImageRgb8(ImageBuffer::from_raw(3, 1, raw).unwrap());
+        let validity = Validity::from_flags(3, 1, vec![true, false, true]);
+        repair(&mut image, Role::Normal, &validity, [Wrap::Mirror; 2]).unwrap();
+        let normal: Vec<f32> =
+            image.as_bytes()[3..6].iter().map(|b| b.decode(Coding::Vector)).collect();
+        let length = normal.iter().map(|v| v * v).sum::<f32>().sqrt();
+        assert!((length - 1.0).abs() < 0.01, "{normal:?}");
+        let mut opposite = [0.0, 1e-9, 0.0];
+        renormalize(&mut opposite);
+        assert_eq!(opposite, [0.0, 0.0, 1.0]);
+    }
+
+    proptest! {
+        #[test]
+        fn valid_texels_keep_their_bits((before, role, validity, wrap) in case()) {
+            let mut after = before.clone();
+            let outcome = repair(&mut after, role, &validity, wrap).unwrap();
+            let stride = before.color().bytes_per_pixel() as usize;
+            let texels = before.as_bytes().chunks(stride).zip(after.as_bytes().chunks(stride));
+            for ((before, after), &valid) in texels.zip(validity.flags()) {
+                prop_assert!(!valid || before == after);
+            }
+            prop_assert_eq!(outcome.filled + outcome.remaining, validity.invalid());
+            prop_assert!(outcome.remaining == 0 || outcome.filled == 0);
+        }
+
+        #[test]
+        fn constants_stay_constant((image, role, validity, wrap) in case(), texel in any::<[u8; 8]>()) {
+            // A flat normal map of unit length; other roles take any texel.
+            let kind = image.color();
+            let stride = kind.bytes_per_pixel() as usize;
+            let size = [image.width(), image.height()];
+            let flat = |_: usize| texel.into_iter().take(stride);
+            let bytes = (0..(size[0] * size[1]) as usize).flat_map(flat);
+            let bytes: Vec<u8> = bytes.chain([0; 64]).collect();
+            let samples = if stride >= 12 { vec![texel[0]; bytes.len()] } else { bytes };
+            if role != Role::Normal && validity.valid() > 0 {
+                let mut constant = self::image(kind, size, &samples);
+                let before = constant.clone();
+                let outcome = repair(&mut constant, role, &validity, wrap).unwrap();
+                if let (Some(before), Some(after)) = (floats(&before), floats(&constant)) {
+                    let near = |(a, b): (&f32, &f32)| (a - b).abs() <= 1e-5 * a.abs();
+                    prop_assert!(before.iter().zip(after).all(near));
+                } else if outcome.remaining == 0 {
+                    prop_assert!(before.as_bytes() == constant.as_bytes());
+                }
+            }
+        }
+
+        #[test]
+        fn threads_do_not_change_the_bytes((before, role, validity, wrap) in case()) {
+            let run = |threads: usize| {
+                let mut image = before.clone();
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                pool.install(|| repair(&mut image, role, &validity, wrap).unwrap());
+                image
+            };
+            prop_assert!(run(1).as_bytes() == run(2).as_bytes());
+        }
+    }
+
+    fn floats(image: &DynamicImage) -> Option<&[f32]> {
+        match image {
+            DynamicImage::ImageRgb32F(image) => Some(image),
+            DynamicImage::ImageRgba32F(image) => Some(image),
+            _ => None,
+        }
+    }
+}

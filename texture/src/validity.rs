@@ -1,0 +1,223 @@
+//! Which texels of an image may be trusted.
+//!
+//! With a mesh, a texel is valid when its centre lies in one of the mesh's UV triangles. Several
+//! meshes may share an image: take the union. Without a mesh the background color tells (see
+//! [`Validity::from_background`]), or a mask that somebody painted.
+//!
+//! A mask is binary, one byte a texel: a valid texel leaves a repair with the bits it came with,
+//! any other is replaced as a whole; there is nothing between. Fractions arise only in the coarser
+//! levels of a fill.
+
+use glam::Vec2;
+
+use crate::coverage::Coverage;
+use crate::raster::{UvTriangle, to_texels};
+use crate::{Plane, Wrap};
+
+/// For each texel of an image, whether its value may be trusted.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Validity {
+    width: usize,
+    height: usize,
+    mask: Vec<bool>,
+}
+
+impl Validity {
+    /// From `width · height` flags, row after row from the top.
+    ///
+    /// # Panics
+    /// If `mask` has another length.
+    pub fn from_flags(width: usize, height: usize, mask: Vec<bool>) -> Self {
+        assert_eq!(mask.len(), width * height, "flags and size of a validity mask differ");
+        Self { width, height, mask }
+    }
+
+    /// The texels whose centres lie in a UV triangle, of either orientation, wrapped as the sampler
+    /// wraps. `uvs` is what `triangles` index; one triangle with an index out of range is left out,
+    /// as is one with a NaN or an infinity.
+    ///
+    /// A chart (triangles connected through the UVs they share) that covers no centre at all, say
+    /// because it is smaller than a texel, keeps the texels its corners lie in: they are all the
+    /// color it has.
+    ///
+    /// Guaranteed: charts leave no gaps between their triangles. Not guaranteed: that a texel which
+    /// a chart covers only in part is clean. A triangle over more than eight repeats of the image
+    /// counts as all the columns of its bounding box, which errs on the side of keeping texels.
+    pub fn from_charts(
+        width: usize,
+        height: usize,
+        wrap: [Wrap; 2],
+        uvs: &[Vec2],
+        triangles: &[[u32; 3]],
+    ) -> Self {
+        if width == 0 || height == 0 {
+            return Self { width, height, mask: Vec::new() };
+        }
+        let known = |triangle: &&[u32; 3]| triangle.iter().all(|&uv| (uv as usize) < uvs.len());
+        let corners =
+            |triangle: &[u32; 3]| triangle.map(|uv| to_texels(uvs[uv as usize], [width, height]));
+        let mut charts = Charts::new(uvs.len());
+        triangles.iter().filter(known).for_each(|triangle| charts.join(triangle));
+        let mut covered = vec![false; uvs.len()];
+        let mut coverage = Coverage::new(width, height, wrap);
+        for triangle in triangles.iter().filter(known) {
+            if UvTriangle::new(corners(triangle)).is_some_and(|uv| coverage.add(&uv)) {
+                covered[charts.of(triangle[0])] = true;
+            }
+        }
+        let mut mask = coverage.finish();
+        for triangle in triangles.iter().filter(known) {
+            if covered[charts.of(triangle[0])] {
+                continue;
+            }
+            for corner in corners(triangle).into_iter().filter(|corner| corner.is_finite()) {
+                let x = wrap[0].texel(corner.x.floor() as i64, width);
+                let y = wrap[1].texel(corner.y.floor() as i64, height);
+                mask[y * width + x] = true;
+            }
+        }
+        Self { width, height, mask }
+    }
+
+    /// From a painted mask: valid where its first channel is above one half.
+    pub fn from_mask(mask: &Plane) -> Self {
+        let texels = mask.data().chunks_exact(mask.channels().max(1));
+        let mask_flags = texels.map(|texel| texel[0] > 0.5).collect();
+        Self { width: mask.width(), height: mask.height(), mask: mask_flags }
+    }
+
+    /// Adds what is valid in another mask: of a second mesh that wears the same image, or of
+    /// padding that is known to be good.
+    ///
+    /// # Panics
+    /// If the sizes differ.
+    pub fn union(&mut self, other: &Self) {
+        assert_eq!((self.width, self.height), (other.width, other.height), "sizes of masks differ");
+        for (mine, theirs) in self.mask.iter_mut().zip(&other.mask) {
+            *mine |= theirs;
+        }
+    }
+
+    /// Width in texels.
+    #[inline]
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Height in texels.
+    #[inline]
+    pub fn height(&self) -> usize {
+        self.height
+    }
+
+    /// One flag per texel, row after row from the top.
+    #[inline]
+    pub fn flags(&self) -> &[bool] {
+        &self.mask
+    }
+
+    /// Whether the texel in column `x` and row `y` may be trusted.
+    #[inline]
+    pub fn is_valid(&self, x: usize, y: usize) -> bool {
+        self.mask[y * self.width + x]
+    }
+
+    /// How many texels may be trusted.
+    pub fn valid(&self) -> usize {
+        self.mask.iter().filter(|&&valid| valid).count()
+    }
+
+    /// How many may not.
+    pub fn invalid(&self) -> usize {
+        self.mask.len() - self.valid()
+    }
+}
+
+/// Charts as disjoint sets of UV indices.
+struct Charts {
+    parent: Vec<u32>,
+}
+
+impl Charts {
+    fn new(uvs: usize) -> Self {
+        Self { parent: (0..uvs as u32).collect() }
+    }
+
+    /// The index that names the chart of a UV.
+    fn of(&mut self, uv: u32) -> usize {
+        let mut at = uv as usize;
+        while self.parent[at] as usize != at {
+            self.parent[at] = self.parent[self.parent[at] as usize];
+            at = self.parent[at] as usize;
+        }
+        at
+    }
+
+    fn join(&mut self, triangle: &[u32; 3]) {
+        let [a, b, c] = triangle.map(|uv| self.of(uv) as u32);
+        let root = a.min(b).min(c);
+        for chart in [a, b, c] {
+            self.parent[chart as usize] = root;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const REPEAT: [Wrap; 2] = [Wrap::Repeat; 2];
+
+    fn drawn(validity: &Validity) -> Vec<String> {
+        let sign = |&valid: &bool| if valid { '#' } else { '.' };
+        validity
+            .flags()
+            .chunks(validity.width())
+            .map(|row| row.iter().map(sign).collect())
+            .collect()
+    }
+
+    #[test]
+    fn a_quad_covers_the_texels_whose_centres_it_holds() {
+        let uvs = [[0.25, 0.2], [0.75, 0.2], [0.75, 0.7], [0.25, 0.7]].map(Vec2::from);
+        let validity = Validity::from_charts(4, 4, REPEAT, &uvs, &[[0, 1, 2], [2, 3, 0]]);
+        assert_eq!(drawn(&validity), ["....", ".##.", ".##.", "...."]);
+        assert_eq!((validity.valid(), validity.invalid()), (4, 12));
+        assert!(validity.is_valid(1, 2) && !validity.is_valid(0, 0));
+    }
+
+    #[test]
+    fn a_chart_smaller_than_a_texel_keeps_its_color() {
+        let uvs = [[0.26, 0.26], [0.3, 0.26], [0.26, 0.3]].map(Vec2::from);
+        let validity = Validity::from_charts(4, 4, REPEAT, &uvs, &[[0, 1, 2]]);
+        assert_eq!(drawn(&validity), ["....", ".#..", "....", "...."]);
+        // A corner of a chart that covers other texels adds nothing.
+        let uvs = [[0.0, 0.0], [0.5, 0.0], [0.0, 0.5], [0.51, 0.0]].map(Vec2::from);
+        let validity = Validity::from_charts(4, 4, REPEAT, &uvs, &[[0, 1, 2], [1, 3, 2]]);
+        assert_eq!(drawn(&validity), ["##..", "#...", "....", "...."]);
+    }
+
+    #[test]
+    fn bad_triangles_are_left_out() {
+        let uvs = [Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::NAN, Vec2::splat(1e38)];
+        let triangles = [[0, 1, 9], [3, 3, 3], [4, 4, 4], [0, 1, 4]];
+        for wrap in [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp] {
+            Validity::from_charts(5, 3, [wrap; 2], &uvs, &triangles);
+        }
+        assert_eq!(Validity::from_charts(4, 4, REPEAT, &uvs, &triangles[..2]).valid(), 0);
+        assert_eq!(Validity::from_charts(0, 4, REPEAT, &uvs, &triangles).valid(), 0);
+    }
+
+    #[test]
+    fn union_keeps_what_either_mesh_reaches() {
+        let mut one = Validity::from_flags(3, 1, vec![true, false, false]);
+        one.union(&Validity::from_flags(3, 1, vec![false, false, true]));
+        assert_eq!(drawn(&one), ["#.#"]);
+    }
+
+    #[test]
+    fn a_painted_mask_is_valid_above_one_half() {
+        let painted = Plane::from_vec(4, 1, 1, vec![0.5, 0.51, 1.0, f32::NAN]);
+        assert_eq!(drawn(&Validity::from_mask(&painted)), [".##."]);
+    }
+}
