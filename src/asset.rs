@@ -4,6 +4,8 @@
 //! came, known to us or not. Single objects are read as the types of the gltf crate where they are
 //! needed, by their JSON pointer, which is also how errors name them.
 
+use std::sync::Arc;
+
 use gltf::json;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
@@ -24,8 +26,8 @@ pub struct Asset {
 /// An image as its file holds it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct EncodedImage {
-    /// The file's bytes.
-    pub bytes: Vec<u8>,
+    /// The file's bytes, shared between the assets that hold it.
+    pub bytes: Arc<Vec<u8>>,
     /// What they are.
     pub format: ImageFormat,
 }

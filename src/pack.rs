@@ -306,7 +306,7 @@ mod tests {
                 "images": [{"uri": "a.png"}],
             }),
             buffers: vec![vec![1, 2, 3, 4]],
-            images: vec![EncodedImage { bytes: vec![9], format: ImageFormat::Png }],
+            images: vec![EncodedImage { bytes: vec![9].into(), format: ImageFormat::Png }],
         }
     }
 

@@ -185,7 +185,7 @@ fn read_image(asset: &Asset, index: usize, folder: &Path) -> Result<EncodedImage
     let format = ImageFormat::detect(&bytes).ok_or_else(|| Error::Unsupported {
         what: format!("{at}: an image that is no PNG or JPEG"),
     })?;
-    Ok(EncodedImage { bytes, format })
+    Ok(EncodedImage { bytes: bytes.into(), format })
 }
 
 /// The bytes behind a URI: base64 in the URI itself, or a file in the asset's folder.
