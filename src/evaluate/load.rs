@@ -1,0 +1,382 @@
+//! An asset's default scene as the evaluator looks at it.
+
+use std::sync::Arc;
+
+use glam::{DMat4, DQuat, DVec3, Mat3, Mat4, Vec2, Vec3, Vec4};
+use gltf::json;
+use gltf::json::validation::Checked;
+use rustc_hash::FxHashMap;
+use seamwise_attr::{TangentInput, compute_tangents};
+use seamwise_texture::{Encoding, Mips, Role};
+use serde_json::Value;
+
+use crate::asset::{Asset, EncodedImage};
+use crate::error::{Error, Result};
+use crate::evaluate::scene::{Alpha, Material, Scene, TextureRef};
+use crate::images::decode;
+use crate::primitive::Primitive;
+use crate::textures::{TextureSlot, slots};
+
+/// Decoded textures, kept so that assets which share an image decode it once.
+#[derive(Default)]
+pub struct TextureCache {
+    /// By where the image's bytes lie, which the entry keeps alive, and by how they are decoded.
+    known: FxHashMap<(usize, bool), (EncodedImage, Arc<Mips>)>,
+}
+
+impl TextureCache {
+    fn mips(&mut self, image: &EncodedImage, role: Role, at: &str) -> Result<Arc<Mips>> {
+        let is_color = role == Role::Color;
+        let key = (Arc::as_ptr(&image.bytes).addr(), is_color);
+        if let Some((_, mips)) = self.known.get(&key) {
+            return Ok(mips.clone());
+        }
+        let texels = decode(image, at)?.into_rgba8();
+        let (width, height) = (texels.width() as usize, texels.height() as usize);
+        let encoding = if is_color { Encoding::Srgb } else { Encoding::Linear };
+        let mips = Mips::from_rgba8(width, height, texels.as_raw(), encoding)
+            .map_err(|error| Error::invalid(at, error.to_string()))?;
+        let mips = Arc::new(mips);
+        self.known.insert(key, (image.clone(), mips.clone()));
+        Ok(mips)
+    }
+}
+
+/// Flattens the default scene of an asset to world space. A skinned mesh stands in its bind pose,
+/// at the origin, as its node's transform does not move it (glTF 2.0 §3.7.3.3).
+///
+/// # Errors
+/// [`Error::Invalid`] with the place in the document.
+pub fn load(asset: &Asset, cache: &mut TextureCache) -> Result<Scene> {
+    let mut scene = Scene::default();
+    for material in 0..asset.count("materials") {
+        scene.materials.push(load_material(asset, material, cache)?);
+    }
+    scene.materials.push(default_material());
+    for (node, world) in world_nodes(asset)? {
+        let at = format!("/nodes/{node}");
+        let Some(mesh) = asset.reference(&at, "mesh", "meshes")? else {
+            continue;
+        };
+        let skinned = asset.reference(&at, "skin", "skins")?.is_some();
+        let world = if skinned { DMat4::IDENTITY } else { world };
+        for primitive in Primitive::of_mesh(asset, mesh)?.iter().filter(|p| p.is_surface()) {
+            add_primitive(asset, primitive, world, &mut scene)?;
+        }
+    }
+    Ok(scene)
+}
+
+/// The nodes of the default scene with their world transforms.
+fn world_nodes(asset: &Asset) -> Result<Vec<(usize, DMat4)>> {
+    let roots: Vec<usize> = match asset.reference("", "scene", "scenes")? {
+        Some(scene) => references(asset, &format!("/scenes/{scene}/nodes"))?,
+        None if asset.count("scenes") > 0 => references(asset, "/scenes/0/nodes")?,
+        None => {
+            let mut is_child = vec![false; asset.count("nodes")];
+            for node in 0..is_child.len() {
+                for child in references(asset, &format!("/nodes/{node}/children"))? {
+                    is_child[child] = true;
+                }
+            }
+            (0..is_child.len()).filter(|&node| !is_child[node]).collect()
+        }
+    };
+    let mut seen = vec![false; asset.count("nodes")];
+    let mut stack: Vec<(usize, DMat4)> =
+        roots.into_iter().rev().map(|root| (root, DMat4::IDENTITY)).collect();
+    let mut nodes = Vec::new();
+    while let Some((node, parent)) = stack.pop() {
+        let at = format!("/nodes/{node}");
+        if std::mem::replace(&mut seen[node], true) {
+            return Err(Error::invalid(at, "it is reached twice: nodes must form a tree"));
+        }
+        let world = parent * local_transform(asset, &at)?;
+        let children = references(asset, &format!("{at}/children"))?;
+        stack.extend(children.into_iter().rev().map(|child| (child, world)));
+        nodes.push((node, world));
+    }
+    Ok(nodes)
+}
+
+/// A list of node indices, empty if there is none.
+fn references(asset: &Asset, at: &str) -> Result<Vec<usize>> {
+    let count = asset.json.pointer(at).and_then(Value::as_array).map_or(0, Vec::len);
+    (0..count)
+        .map(|entry| asset.reference(at, &entry.to_string(), "nodes"))
+        .filter_map(Result::transpose)
+        .collect()
+}
+
+fn local_transform(asset: &Asset, at: &str) -> Result<DMat4> {
+    let node: json::Node = asset.parse(at)?;
+    if let Some(matrix) = node.matrix {
+        return Ok(Mat4::from_cols_array(&matrix).as_dmat4());
+    }
+    let vector = |v: Option<[f32; 3]>, default: DVec3| {
+        v.map_or(default, |v| DVec3::from_array(v.map(f64::from)))
+    };
+    let rotation = node
+        .rotation
+        .map_or(DQuat::IDENTITY, |q| DQuat::from_array(q.0.map(f64::from)).normalize());
+    let rotation = if rotation.is_finite() { rotation } else { DQuat::IDENTITY };
+    let (scale, translation) =
+        (vector(node.scale, DVec3::ONE), vector(node.translation, DVec3::ZERO));
+    Ok(DMat4::from_scale_rotation_translation(scale, rotation, translation))
+}
+
+/// A primitive in its own space, one normal and one UV per set for each vertex.
+struct Soup {
+    positions: Vec<Vec3>,
+    normals: Vec<Vec3>,
+    uvs: [Vec<Vec2>; 2],
+    colors: Vec<Vec4>,
+    triangles: Vec<[u32; 3]>,
+    tangents: Option<Vec<Vec4>>,
+}
+
+fn add_primitive(
+    asset: &Asset,
+    primitive: &Primitive,
+    world: DMat4,
+    scene: &mut Scene,
+) -> Result<()> {
+    let soup = Soup::read(asset, primitive)?;
+    let material = primitive.material.unwrap_or(scene.materials.len() - 1);
+    let tangents = soup.corner_tangents(&scene.materials[material])?;
+    let mirrored = world.determinant() < 0.0;
+    let linear = Mat3::from_mat4(world.as_mat4());
+    let to_normal = linear.inverse().transpose();
+    let first = scene.positions.len() as u32;
+    let place = |p: &Vec3| world.transform_point3(p.as_dvec3()).as_vec3();
+    scene.positions.extend(soup.positions.iter().map(place));
+    scene.normals.extend(soup.normals.iter().map(|&n| (to_normal * n).normalize_or(Vec3::Z)));
+    for (all, own) in scene.uvs.iter_mut().zip(&soup.uvs) {
+        all.extend(own);
+    }
+    scene.colors.extend(&soup.colors);
+    for (triangle, corners) in soup.triangles.iter().zip(tangents) {
+        let mut triangle = triangle.map(|vertex| vertex + first);
+        let mut corners = corners.map(|t| {
+            let sign = if mirrored { -t.w } else { t.w };
+            (linear * t.truncate()).normalize_or_zero().extend(sign)
+        });
+        if mirrored {
+            triangle.swap(1, 2);
+            corners.swap(1, 2);
+        }
+        scene.triangles.push(triangle);
+        scene.tangents.push(corners);
+        scene.triangle_materials.push(material as u32);
+    }
+    Ok(())
+}
+
+impl Soup {
+    fn read(asset: &Asset, primitive: &Primitive) -> Result<Self> {
+        let positions = primitive.positions(asset)?;
+        let count = positions.len();
+        let triangles = primitive.triangles(asset, count)?;
+        let floats = |name: &str, components| primitive.floats(asset, name, components, count);
+        let vec3s = |name: &str| -> Result<Option<Vec<Vec3>>> {
+            let values = floats(name, 3)?;
+            Ok(values.map(|v| v.as_chunks().0.iter().map(|&n| Vec3::from_array(n)).collect()))
+        };
+        let uv_set = |name: &str| -> Result<Vec<Vec2>> {
+            Ok(floats(name, 2)?.map_or(vec![Vec2::ZERO; count], |values| {
+                values.as_chunks().0.iter().map(|&uv| Vec2::from_array(uv)).collect()
+            }))
+        };
+        let tangents = floats("TANGENT", 4)?;
+        let soup = Self {
+            uvs: [uv_set("TEXCOORD_0")?, uv_set("TEXCOORD_1")?],
+            colors: colors(asset, primitive, count)?,
+            tangents: tangents
+                .map(|v| v.as_chunks().0.iter().map(|&t| Vec4::from_array(t)).collect()),
+            normals: Vec::new(),
+            positions,
+            triangles,
+        };
+        Ok(match vec3s("NORMAL")? {
+            Some(normals) => Self { normals, ..soup },
+            None => soup.flat(),
+        })
+    }
+
+    /// Gives each triangle vertices of its own and its plane's normal, as glTF asks where a file
+    /// has no normals (glTF 2.0 §3.7.2.1).
+    fn flat(self) -> Self {
+        let order: Vec<usize> = self.triangles.iter().flatten().map(|&v| v as usize).collect();
+        fn pick<T: Copy>(order: &[usize], values: &[T]) -> Vec<T> {
+            order.iter().map(|&vertex| values[vertex]).collect()
+        }
+        let positions = pick(&order, &self.positions);
+        let normals = positions
+            .as_chunks()
+            .0
+            .iter()
+            .flat_map(|[a, b, c]| [(b - a).cross(c - a).normalize_or(Vec3::Z); 3])
+            .collect();
+        Self {
+            normals,
+            uvs: self.uvs.map(|uvs| pick(&order, &uvs)),
+            colors: pick(&order, &self.colors),
+            triangles: (0..order.len() as u32 / 3).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect(),
+            tangents: self.tangents.map(|tangents| pick(&order, &tangents)),
+            positions,
+        }
+    }
+
+    /// The tangents at each triangle's corners: those of the file, else MikkTSpace; zero where no
+    /// normal map asks for them.
+    fn corner_tangents(&self, material: &Material) -> Result<Vec<[Vec4; 3]>> {
+        let Some(normal_map) = &material.normal_texture else {
+            return Ok(vec![[Vec4::ZERO; 3]; self.triangles.len()]);
+        };
+        if let Some(tangents) = &self.tangents {
+            return Ok(self.triangles.iter().map(|t| t.map(|v| tangents[v as usize])).collect());
+        }
+        compute_tangents(&TangentInput {
+            positions: &self.positions,
+            normals: &self.normals,
+            uvs: &self.uvs[normal_map.uv_set],
+            triangles: &self.triangles,
+        })
+        .map_err(|error| Error::Internal { what: error.to_string() })
+    }
+}
+
+/// `COLOR_0` with alpha, white where there is none.
+fn colors(asset: &Asset, primitive: &Primitive, count: usize) -> Result<Vec<Vec4>> {
+    let Some(elements) = primitive.elements(asset, "COLOR_0", count)? else {
+        return Ok(vec![Vec4::ONE; count]);
+    };
+    let rows = elements.floats();
+    match elements.components {
+        3 => Ok(rows.as_chunks().0.iter().map(|&c| Vec3::from_array(c).extend(1.0)).collect()),
+        4 => Ok(rows.as_chunks().0.iter().map(|&c| Vec4::from_array(c)).collect()),
+        _ => {
+            let at = format!("{}/attributes/COLOR_0", primitive.at);
+            Err(Error::invalid(at, "a color must have three or four components"))
+        }
+    }
+}
+
+fn load_material(asset: &Asset, material: usize, cache: &mut TextureCache) -> Result<Material> {
+    let at = format!("/materials/{material}");
+    let json: json::Material = asset.parse(&at)?;
+    let slots = slots(asset, material)?;
+    let mut texture = |name: &str| -> Result<Option<TextureRef>> {
+        let slot = slots.iter().find(|slot| slot.at == format!("{at}/{name}"));
+        slot.map(|slot| texture_ref(asset, slot, cache)).transpose()
+    };
+    let pbr = &json.pbr_metallic_roughness;
+    let strength = asset
+        .json
+        .pointer(&format!("{at}/extensions/KHR_materials_emissive_strength/emissiveStrength"))
+        .and_then(Value::as_f64);
+    Ok(Material {
+        base_color: Vec4::from_array(pbr.base_color_factor.0),
+        base_color_texture: texture("pbrMetallicRoughness/baseColorTexture")?,
+        metallic: pbr.metallic_factor.0,
+        roughness: pbr.roughness_factor.0,
+        metallic_roughness_texture: texture("pbrMetallicRoughness/metallicRoughnessTexture")?,
+        normal_texture: texture("normalTexture")?,
+        normal_scale: json.normal_texture.as_ref().map_or(1.0, |normal| normal.scale),
+        occlusion_texture: texture("occlusionTexture")?,
+        occlusion_strength: json.occlusion_texture.as_ref().map_or(1.0, |o| o.strength.0),
+        emissive: Vec3::from_array(json.emissive_factor.0) * strength.unwrap_or(1.0) as f32,
+        emissive_texture: texture("emissiveTexture")?,
+        alpha: match json.alpha_mode {
+            Checked::Valid(json::material::AlphaMode::Mask) => {
+                Alpha::Mask(json.alpha_cutoff.map_or(0.5, |cutoff| cutoff.0))
+            }
+            Checked::Valid(json::material::AlphaMode::Blend) => Alpha::Blend,
+            _ => Alpha::Opaque,
+        },
+        double_sided: json.double_sided,
+        unlit: asset.json.pointer(&format!("{at}/extensions/KHR_materials_unlit")).is_some(),
+    })
+}
+
+fn texture_ref(asset: &Asset, slot: &TextureSlot, cache: &mut TextureCache) -> Result<TextureRef> {
+    if slot.uv_set > 1 {
+        let what = format!("{}: evaluating UV set {}", slot.at, slot.uv_set);
+        return Err(Error::Unsupported { what });
+    }
+    let image = &asset.images[slot.image];
+    Ok(TextureRef {
+        mips: cache.mips(image, slot.role, &format!("/images/{}", slot.image))?,
+        wrap: slot.wrap,
+        uv_set: slot.uv_set,
+        transform: slot.transform,
+    })
+}
+
+/// What a primitive without a material wears (glTF 2.0 §3.9.6).
+fn default_material() -> Material {
+    Material {
+        base_color: Vec4::ONE,
+        base_color_texture: None,
+        metallic: 1.0,
+        roughness: 1.0,
+        metallic_roughness_texture: None,
+        normal_texture: None,
+        normal_scale: 1.0,
+        occlusion_texture: None,
+        occlusion_strength: 1.0,
+        emissive: Vec3::ZERO,
+        emissive_texture: None,
+        alpha: Alpha::Opaque,
+        double_sided: false,
+        unlit: false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    /// One triangle over (0,0), (1,0), (0,1) under a node of the given transform.
+    fn triangle(node: &Value) -> Asset {
+        let corners: [f32; 9] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+        Asset {
+            json: json!({
+                "scene": 0,
+                "scenes": [{"nodes": [0]}],
+                "nodes": [{"children": [1], "translation": [0, 0, 1]}, node],
+                "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+                "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3,
+                    "type": "VEC3"}],
+                "bufferViews": [{"buffer": 0, "byteLength": 36}],
+            }),
+            buffers: vec![corners.iter().flat_map(|x| x.to_le_bytes()).collect()],
+            images: Vec::new(),
+        }
+    }
+
+    fn scene(node: &Value) -> Result<Scene> {
+        load(&triangle(node), &mut TextureCache::default())
+    }
+
+    #[test]
+    fn nodes_carry_their_parents_transform() {
+        let scene = scene(&json!({"mesh": 0, "scale": [2, 2, 2]})).unwrap();
+        assert_eq!(scene.positions[1], Vec3::new(2.0, 0.0, 1.0));
+        assert_eq!(scene.normals, [Vec3::Z; 3]);
+    }
+
+    #[test]
+    fn a_mirroring_node_turns_the_winding_back() {
+        let scene = scene(&json!({"mesh": 0, "scale": [-1, 1, 1]})).unwrap();
+        let [a, b, c] = scene.triangles[0].map(|v| scene.positions[v as usize]);
+        assert!((b - a).cross(c - a).dot(scene.normals[0]) > 0.0);
+    }
+
+    #[test]
+    fn a_node_below_itself_is_an_error() {
+        let error = scene(&json!({"mesh": 0, "children": [0]})).unwrap_err().to_string();
+        assert!(error.starts_with("/nodes/0"), "{error}");
+    }
+}
