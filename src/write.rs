@@ -3,7 +3,9 @@
 
 use std::borrow::Cow;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+use tempfile::NamedTempFile;
 
 use crate::asset::Asset;
 use crate::error::{Error, Result};
@@ -31,18 +33,30 @@ pub fn to_glb(asset: &Asset) -> Result<Vec<u8>> {
     glb.to_vec().map_err(|error| Error::Internal { what: error.to_string() })
 }
 
-/// Writes a file whole or not at all.
+/// Writes files whole or not at all: each goes to a temporary name first, and none gets its own
+/// before all are there.
 ///
 /// # Errors
 /// [`Error::Io`] with the file's name.
-pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
+pub fn write_files(files: &[(PathBuf, Vec<u8>)]) -> Result<()> {
+    let written: Vec<(&PathBuf, NamedTempFile)> = files
+        .iter()
+        .map(|(path, bytes)| Ok((path, write_beside(path, bytes)?)))
+        .collect::<Result<_>>()?;
+    for (path, file) in written {
+        file.persist(path).map_err(|error| Error::io(path, error.error))?;
+    }
+    Ok(())
+}
+
+/// Writes bytes to a temporary file in the folder of `path`; it vanishes unless it is renamed.
+fn write_beside(path: &Path, bytes: &[u8]) -> Result<NamedTempFile> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     let attempt = || {
-        let mut file = tempfile::NamedTempFile::new_in(folder.unwrap_or(Path::new(".")))?;
+        let mut file = NamedTempFile::new_in(folder.unwrap_or(Path::new(".")))?;
         file.write_all(bytes)?;
         make_readable(file.as_file())?;
-        file.persist(path).map_err(|error| error.error)?;
-        Ok(())
+        Ok(file)
     };
     attempt().map_err(|error| Error::io(path, error))
 }
@@ -82,10 +96,18 @@ mod tests {
     fn a_file_is_replaced_whole_and_nothing_is_left_beside_it() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.bin");
-        write_file(&path, b"old").unwrap();
-        write_file(&path, b"new").unwrap();
+        write_files(&[(path.clone(), b"old".to_vec())]).unwrap();
+        write_files(&[(path.clone(), b"new".to_vec())]).unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), b"new");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
-        assert!(write_file(&folder.path().join("none/a.bin"), b"").is_err());
+    }
+
+    #[test]
+    fn if_one_file_fails_none_is_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let good = folder.path().join("a.bin");
+        let bad = folder.path().join("none/a.bin");
+        assert!(write_files(&[(good, b"a".to_vec()), (bad, b"b".to_vec())]).is_err());
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 }

@@ -1,0 +1,286 @@
+//! The straight line: read → weld → simplify → repair → evaluate → write. The only file that knows
+//! the order of the stages.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use rayon::prelude::*;
+use seamwise_attr::{self as attr, Level, simplify_chain};
+
+use crate::asset::{Asset, EncodedImage};
+use crate::atlas::{encode_repaired, repair_all};
+use crate::error::{Error, Result};
+use crate::evaluate::load::{TextureCache, load};
+use crate::evaluate::{self, Metrics, Reference};
+use crate::geometry::{Geometry, level_parts};
+use crate::levels::{LevelMesh, chain_asset, level_asset};
+use crate::options::{BakeOptions, Textures};
+use crate::progress::Progress;
+use crate::read;
+use crate::report::{BakeReport, InputReport, LevelReport, Seconds, peak_memory};
+use crate::write::{to_glb, write_files};
+
+/// Where an asset comes from.
+#[derive(Clone, Copy, Debug)]
+pub enum Input<'a> {
+    /// A .gltf or .glb file.
+    File(&'a Path),
+    /// The bytes of a self-contained one, and a name for what is made of it.
+    Bytes(&'a [u8], &'a str),
+}
+
+impl Input<'_> {
+    /// What the outputs are called after.
+    pub fn stem(&self) -> String {
+        match self {
+            Self::File(path) => {
+                path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+            }
+            Self::Bytes(_, name) => (*name).to_owned(),
+        }
+    }
+
+    fn read(&self) -> Result<Asset> {
+        match self {
+            Self::File(path) => read::read(path),
+            Self::Bytes(bytes, _) => read::read_bytes(bytes, Path::new("")),
+        }
+    }
+}
+
+/// Bakes the levels of one asset into `folder`: `<stem>_lod1.glb` and so on, `<stem>.glb` with all
+/// of them, and `<stem>.json` with what was measured. Either all of them are written or none.
+///
+/// # Errors
+/// [`Error::Io`], [`Error::Invalid`] or [`Error::Unsupported`] if the asset can't be read;
+/// [`Error::Options`] if an output would overwrite the input.
+pub fn bake(
+    input: Input<'_>,
+    folder: &Path,
+    options: &BakeOptions,
+    progress: &Progress,
+) -> Result<BakeReport> {
+    let stem = input.stem();
+    refuse_overwriting(input, &folder.join(format!("{stem}.glb")))?;
+    let mut clock = Clock::default();
+    let asset = clock.time(|s| &mut s.read, || input.read())?;
+    let geometries = clock.time(|s| &mut s.weld, || weld_all(&asset))?;
+    let chains =
+        clock.time(|s| &mut s.simplify, || simplify_all(&geometries, options, progress))?;
+    let images = clock.time(|s| &mut s.repair, || finish_images(&asset, options))?;
+    let parts: Vec<Vec<LevelMesh<'_>>> =
+        clock.time(|s| &mut s.write, || level_meshes(&geometries, &chains))?;
+    let levels: Vec<Asset> = clock.time(
+        |s| &mut s.write,
+        || {
+            parts
+                .par_iter()
+                .map(|meshes| level_asset(&asset, meshes, &images))
+                .collect::<Result<_>>()
+        },
+    )?;
+    let metrics = clock.time(
+        |s| &mut s.evaluate,
+        || match &options.evaluate {
+            Some(evaluation) => evaluate_all(&asset, &levels, *evaluation, progress).map(Some),
+            None => Ok(None),
+        },
+    )?;
+    let files = clock.time(
+        |s| &mut s.write,
+        || {
+            let mut files = Vec::new();
+            for (index, level) in levels.iter().enumerate() {
+                files.push((folder.join(format!("{stem}_lod{}.glb", index + 1)), to_glb(level)?));
+            }
+            let chain = chain_asset(&asset, &parts, &images)?;
+            files.push((folder.join(format!("{stem}.glb")), to_glb(&chain)?));
+            std::fs::create_dir_all(folder).map_err(|error| Error::io(folder, error))?;
+            Ok::<_, Error>(files)
+        },
+    )?;
+    let report = BakeReport {
+        schema: 1,
+        input: input_report(input, &geometries),
+        levels: level_reports(&geometries, &chains, options, metrics.as_deref()),
+        seconds: clock.seconds,
+        peak_memory_bytes: peak_memory(),
+    };
+    write_all(folder, &stem, files, &report)?;
+    Ok(report)
+}
+
+fn write_all(
+    folder: &Path,
+    stem: &str,
+    mut files: Vec<(PathBuf, Vec<u8>)>,
+    report: &BakeReport,
+) -> Result<()> {
+    files.push((folder.join(format!("{stem}.json")), report.to_json()?.into_bytes()));
+    write_files(&files)
+}
+
+/// Adds up the wall time of each stage.
+#[derive(Default)]
+struct Clock {
+    seconds: Seconds,
+}
+
+impl Clock {
+    fn time<T>(&mut self, stage: fn(&mut Seconds) -> &mut f64, run: impl FnOnce() -> T) -> T {
+        let start = Instant::now();
+        let result = run();
+        *stage(&mut self.seconds) += start.elapsed().as_secs_f64();
+        result
+    }
+}
+
+fn refuse_overwriting(input: Input<'_>, output: &Path) -> Result<()> {
+    let Input::File(path) = input else {
+        return Ok(());
+    };
+    match (path.canonicalize(), output.canonicalize()) {
+        (Ok(input), Ok(output)) if input == output => Err(Error::Options {
+            what: format!("{} would be overwritten: choose another folder", path.display()),
+        }),
+        _ => Ok(()),
+    }
+}
+
+fn weld_all(asset: &Asset) -> Result<Vec<Geometry>> {
+    let meshes = 0..asset.count("meshes");
+    let read: Vec<Option<Geometry>> =
+        meshes.into_par_iter().map(|mesh| Geometry::read(asset, mesh)).collect::<Result<_>>()?;
+    let geometries: Vec<Geometry> = read.into_iter().flatten().collect();
+    if geometries.is_empty() {
+        return Err(Error::invalid("/meshes", "there is not a single triangle to simplify"));
+    }
+    Ok(geometries)
+}
+
+/// The levels of each mesh, the meshes in parallel.
+fn simplify_all(
+    geometries: &[Geometry],
+    options: &BakeOptions,
+    progress: &Progress,
+) -> Result<Vec<Vec<Level>>> {
+    let total = triangle_count(geometries);
+    let shares = options.targets.shares(total);
+    let least = shares.last().copied().unwrap_or(1.0);
+    let to_remove = total - (total as f64 * least) as usize;
+    let settings = attr::Options { max_error: options.max_error, ..attr::Options::default() };
+    progress.stage("simplify", to_remove, |removed| {
+        geometries
+            .par_iter()
+            .map(|geometry| {
+                let targets = targets(geometry, &shares);
+                simplify_chain(&geometry.welded.mesh, &targets, &settings, removed)
+                    .map_err(|error| Error::Internal { what: error.to_string() })
+            })
+            .collect()
+    })
+}
+
+/// The triangles each level of a mesh is to have.
+fn targets(geometry: &Geometry, shares: &[f64]) -> Vec<usize> {
+    let own = geometry.welded.mesh.triangles.len() as f64;
+    shares.iter().map(|share| ((own * share).round() as usize).max(1)).collect()
+}
+
+fn triangle_count(geometries: &[Geometry]) -> usize {
+    geometries.iter().map(|geometry| geometry.welded.mesh.triangles.len()).sum()
+}
+
+fn finish_images(asset: &Asset, options: &BakeOptions) -> Result<Vec<EncodedImage>> {
+    match options.textures {
+        Textures::Keep => Ok(asset.images.clone()),
+        Textures::Repair => encode_repaired(asset, &repair_all(asset)?),
+    }
+}
+
+/// All meshes of each level as primitives.
+fn level_meshes<'a>(
+    geometries: &'a [Geometry],
+    chains: &[Vec<Level>],
+) -> Result<Vec<Vec<LevelMesh<'a>>>> {
+    let levels = chains.first().map_or(0, Vec::len);
+    (0..levels)
+        .map(|level| {
+            geometries
+                .par_iter()
+                .zip(chains)
+                .map(|(geometry, chain)| {
+                    Ok(LevelMesh { geometry, parts: level_parts(geometry, &chain[level])? })
+                })
+                .collect()
+        })
+        .collect()
+}
+
+fn evaluate_all(
+    asset: &Asset,
+    levels: &[Asset],
+    options: evaluate::Options,
+    progress: &Progress,
+) -> Result<Vec<Metrics>> {
+    progress.stage("evaluate", levels.len() + 1, |done| {
+        let mut cache = TextureCache::default();
+        let scene = load(asset, &mut cache)?;
+        let reference = Reference::new(&scene, options)?;
+        let count = || done.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+        count();
+        levels
+            .iter()
+            .map(|level| {
+                let metrics = reference.compare(&load(level, &mut cache)?)?;
+                count();
+                Ok(metrics)
+            })
+            .collect()
+    })
+}
+
+fn input_report(input: Input<'_>, geometries: &[Geometry]) -> InputReport {
+    let meshes = geometries.iter().map(|geometry| &geometry.welded);
+    InputReport {
+        file: match input {
+            Input::File(path) => path.display().to_string(),
+            Input::Bytes(_, name) => name.to_owned(),
+        },
+        meshes: geometries.len(),
+        triangles: triangle_count(geometries),
+        points: meshes.clone().map(|welded| welded.mesh.positions.len()).sum(),
+        wedges: meshes.clone().map(|welded| welded.mesh.wedge_points.len()).sum(),
+        degenerate_triangles: meshes.map(|welded| welded.degenerate).sum(),
+    }
+}
+
+fn level_reports(
+    geometries: &[Geometry],
+    chains: &[Vec<Level>],
+    options: &BakeOptions,
+    metrics: Option<&[Metrics]>,
+) -> Vec<LevelReport> {
+    let total = triangle_count(geometries);
+    let shares = options.targets.shares(total);
+    let report = |(index, share): (usize, &f64)| {
+        let levels = || chains.iter().map(|chain| &chain[index]);
+        let target: usize = levels().map(|level| level.target).sum();
+        let stopped: Vec<_> = levels().filter_map(|level| level.stopped).collect();
+        LevelReport {
+            ratio: *share,
+            target,
+            triangles: levels().map(|level| level.mesh.triangles.len()).sum(),
+            points: levels().map(|level| level.mesh.positions.len()).sum(),
+            wedges: levels().map(|level| level.mesh.wedge_points.len()).sum(),
+            error: levels().map(|level| level.error).fold(0.0, f64::max),
+            reached: stopped.is_empty(),
+            why: stopped.first().map(|stop| match chains.len() {
+                1 => stop.to_string(),
+                meshes => format!("in {} of {meshes} meshes {stop}", stopped.len()),
+            }),
+            metrics: metrics.map(|metrics| metrics[index]),
+        }
+    };
+    shares.iter().enumerate().map(report).collect()
+}

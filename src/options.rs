@@ -1,0 +1,124 @@
+//! What the user asked for, resolved and checked.
+
+use crate::error::{Error, Result};
+use crate::evaluate;
+
+/// Options of a bake.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BakeOptions {
+    /// How many triangles each level is to have, the finest first.
+    pub targets: Targets,
+    /// No collapse may have an error above this, in the units of the file.
+    pub max_error: Option<f64>,
+    /// What becomes of the textures.
+    pub textures: Textures,
+    /// How the levels are evaluated, if they are.
+    pub evaluate: Option<evaluate::Options>,
+}
+
+impl Default for BakeOptions {
+    fn default() -> Self {
+        Self {
+            targets: Targets::default(),
+            max_error: None,
+            textures: Textures::Repair,
+            evaluate: Some(evaluate::Options::default()),
+        }
+    }
+}
+
+/// Triangles of each level, the finest first.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Targets {
+    /// As shares of the source, for each of its meshes.
+    Ratios(Vec<f64>),
+    /// As counts over the whole asset, shared out over its meshes in proportion.
+    Triangles(Vec<usize>),
+}
+
+impl Default for Targets {
+    /// Four levels, each half of the one before.
+    fn default() -> Self {
+        Self::halves(4)
+    }
+}
+
+impl Targets {
+    /// So many levels, each half of the one before.
+    pub fn halves(levels: usize) -> Self {
+        Self::Ratios((1..=levels).map(|level| 0.5f64.powi(level as i32)).collect())
+    }
+
+    /// Shares of the source.
+    ///
+    /// # Errors
+    /// [`Error::Options`] if there are none, one is not in 0…1 or they grow.
+    pub fn ratios(ratios: Vec<f64>) -> Result<Self> {
+        if ratios.iter().any(|ratio| !(*ratio > 0.0 && *ratio <= 1.0)) {
+            return Err(Error::Options { what: "each ratio must lie above 0 and up to 1".into() });
+        }
+        if ratios.is_empty() || ratios.windows(2).any(|pair| pair[0] < pair[1]) {
+            return Err(Error::Options { what: "ratios must be given from fine to coarse".into() });
+        }
+        Ok(Self::Ratios(ratios))
+    }
+
+    /// Triangle counts.
+    ///
+    /// # Errors
+    /// [`Error::Options`] if there are none, one is 0 or they grow.
+    pub fn triangles(counts: Vec<usize>) -> Result<Self> {
+        if counts.contains(&0) {
+            return Err(Error::Options { what: "a level must have at least one triangle".into() });
+        }
+        if counts.is_empty() || counts.windows(2).any(|pair| pair[0] < pair[1]) {
+            let what = "triangle counts must be given from fine to coarse".into();
+            return Err(Error::Options { what });
+        }
+        Ok(Self::Triangles(counts))
+    }
+
+    /// The shares of a source of `total` triangles.
+    pub fn shares(&self, total: usize) -> Vec<f64> {
+        match self {
+            Self::Ratios(ratios) => ratios.clone(),
+            Self::Triangles(counts) => {
+                counts.iter().map(|&count| (count as f64 / total as f64).min(1.0)).collect()
+            }
+        }
+    }
+}
+
+/// What becomes of an asset's textures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Textures {
+    /// All levels share the source's, with every texel that no chart covers filled.
+    Repair,
+    /// All levels share the source's as they are.
+    Keep,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn four_halves_are_the_default() {
+        assert_eq!(Targets::default().shares(1000), [0.5, 0.25, 0.125, 0.0625]);
+    }
+
+    #[test]
+    fn counts_become_shares_and_never_more_than_all() {
+        let targets = Targets::triangles(vec![2000, 100]).unwrap();
+        assert_eq!(targets.shares(1000), [1.0, 0.1]);
+    }
+
+    #[test]
+    fn targets_that_make_no_sense_are_refused() {
+        for ratios in [vec![], vec![0.0], vec![1.5], vec![f64::NAN], vec![0.1, 0.5]] {
+            assert!(Targets::ratios(ratios).is_err());
+        }
+        assert!(Targets::triangles(vec![5, 9]).is_err());
+        assert!(Targets::triangles(vec![0]).is_err());
+    }
+}
