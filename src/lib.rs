@@ -1,13 +1,49 @@
 //! Levels of detail for textured glTF that still look like the original, and atlases that do not
 //! bleed.
+//!
+//! An asset flows one way, each stage taking values and giving values:
+//!
+//! ```text
+//! path → read → Asset → weld → Mesh → chain → [Level] → textures → write → .glb → evaluate → Report
+//! ```
+//!
+//! - [`read`](mod@read) brings a .gltf or .glb into memory. The document stays whole, so what no stage changes
+//!   survives.
+//! - [`geometry`] welds all triangle primitives of a mesh to one surface of points and wedges, and
+//!   turns its levels back into primitives.
+//! - `seamwise_attr` simplifies that surface by a generalized quadric, with attributes in wedges,
+//!   and emits every level from one descent.
+//! - [`atlas`] finds the texels that no chart covers, and `seamwise_texture` fills them.
+//! - [`levels`] puts levels into documents, [`write`](mod@write) documents into files.
+//! - [`evaluate`] measures how far a level is from its source.
+//! - [`bake`](mod@bake) is the straight line through all of them.
+//!
+//! ```no_run
+//! use std::path::Path;
+//! use seamwise::bake::{Input, bake};
+//! use seamwise::options::BakeOptions;
+//! use seamwise::progress::Progress;
+//!
+//! let input = Input::File(Path::new("helmet.gltf"));
+//! let report = bake(input, Path::new("out"), &BakeOptions::default(), &Progress::hidden())?;
+//! println!("{}", report.to_table());
+//! # Ok::<(), seamwise::error::Error>(())
+//! ```
 
 pub mod accessor;
 pub mod asset;
+pub mod atlas;
+pub mod bake;
 pub mod error;
 pub mod evaluate;
 pub mod geometry;
+pub mod images;
 pub mod levels;
+pub mod options;
 mod pack;
 pub mod primitive;
+pub mod progress;
 pub mod read;
+pub mod report;
+pub mod textures;
 pub mod write;

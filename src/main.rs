@@ -1,1 +1,36 @@
-fn main() {}
+//! The command line: parse, run, exit.
+//!
+//! Exit codes: 0 all is well, 1 some inputs failed, 2 nothing could be done.
+
+mod cli;
+mod run;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use seamwise::progress::Progress;
+
+fn main() -> ExitCode {
+    let cli = cli::Cli::parse();
+    if let Some(threads) = cli.threads {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
+        if let Err(error) = pool {
+            eprintln!("seamwise: {error}");
+            return ExitCode::from(2);
+        }
+    }
+    let progress = if cli.quiet { Progress::hidden() } else { Progress::terminal() };
+    let result = match &cli.command {
+        cli::Command::Bake(args) => run::bake(args, cli.quiet, &progress),
+        cli::Command::Evaluate(args) => run::evaluate(args, cli.quiet),
+    };
+    match result {
+        Ok(0) => ExitCode::SUCCESS,
+        Ok(_) => ExitCode::from(1),
+        Err(error) => {
+            eprintln!("seamwise: {error}");
+            ExitCode::from(2)
+        }
+    }
+}
