@@ -13,7 +13,7 @@ use std::ops::Range;
 
 use glam::Vec3;
 
-/// Bins per axis: more change the trees of real meshes by under a percent.
+/// Bins per axis, as Wald has them.
 const BINS: usize = 16;
 /// Below this depth boxes are split at the median, so that the depth stays bounded.
 const MEDIAN_DEPTH: usize = 40;
@@ -21,7 +21,8 @@ const MEDIAN_DEPTH: usize = 40;
 const MAX_DEPTH: usize = MEDIAN_DEPTH + 33;
 /// A leaf with more boxes is split even where the heuristic would not.
 const MAX_LEAF: usize = 8;
-/// What visiting a node costs, in tests of a triangle.
+/// What visiting a node costs, in tests of a triangle. With 0.25, 1 and 2 building and searching a
+/// sphere of 1e5 triangles was no faster.
 const NODE_COST: f32 = 0.5;
 /// Subtrees of fewer boxes are built by one thread.
 const PARALLEL_MIN: usize = 4096;

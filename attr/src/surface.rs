@@ -8,9 +8,9 @@
 //! shows. No answer holds a NaN. Not guaranteed: which of two triangles answers where they meet, as
 //! rounding may favor either.
 //!
-//! Lab note: 200,000 points 1 % off a sphere of 100,352 triangles take 0.13 s on one core of a
-//! two-core cloud machine, as many rays 0.20 s (obvhs 0.4, in f32 and with cracks: 0.16 s). To start
-//! from the distance to the previous answer gained nothing: 0.14 s.
+//! Lab note: 200,000 points 1 % off a sphere of 100,352 triangles take 0.12 s on one core of a
+//! shared two-core machine, as many rays 0.13 to 0.21 s (obvhs 0.4, all in f32: 0.16 s). To start
+//! from the distance to the previous answer gained nothing.
 
 use std::ops::Range;
 

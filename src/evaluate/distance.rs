@@ -14,7 +14,7 @@
 //!
 //! On a thin sheet the nearest point is often on the wrong side. Distance does not mind; color and
 //! normal do. So a sample whose nearest triangle faces away from its own takes its attributes from
-//! the nearest triangle that does not, if there is one at most [`SHEET`] of the diagonal farther.
+//! the nearest triangle that does not, if there is one at most a hundredth of the diagonal farther.
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -23,9 +23,13 @@ use seamwise_attr::{Foot, Surface, TriangleId};
 use super::sample::{Sample, sample_surface};
 use super::volume::{area_vector, bounding_diagonal};
 
-/// Sheets up to this thick, over the bounding box's diagonal, have two sides. Sheets thicker than
-/// twice a level's largest deviation need no help, and a level that deviates by more than a percent
-/// is past judging by its color.
+/// How much farther than the nearest point one on the same side may be, over the diagonal.
+///
+/// Lab note: share of samples on a wrong side when a model is bent by a smooth field of up to 0.9 %
+/// of its diagonal, for limits of 0, 0.001, 0.003, 0.01, 0.03: a frying pan 13, 10, 4.3, 0.1, 0.1 %;
+/// a racquet 18, 6.6, 1.9, 1.6, 1.6 %; a ship 21, 12, 6.4, 5.8, 5.8 %; a helmet 17, 9.7, 3.1, 1.3,
+/// 1.3 %; a box 0.1 % or less. More gains nothing. The second search costs time on thin models: the
+/// helmet's 200,000 samples took 0.48 s instead of 0.23 s, on two cores of a busy machine.
 const SHEET: f64 = 0.01;
 /// Samples that one task looks up.
 const CHUNK: usize = 1024;
