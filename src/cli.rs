@@ -113,6 +113,12 @@ pub(crate) struct EvaluateArgs {
     /// Write the figures as JSON.
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
+    /// Draw the reference and all candidates side by side, and where they differ.
+    #[arg(long, value_name = "FILE.png")]
+    pub(crate) sheet: Option<PathBuf>,
+    /// Views on the sheet.
+    #[arg(long, default_value_t = 3, requires = "sheet", value_parser = clap::value_parser!(u8).range(1..=24))]
+    pub(crate) sheet_views: u8,
 }
 
 impl EvaluateArgs {

@@ -5,15 +5,23 @@ use std::path::Path;
 
 use anyhow::{Result, anyhow, bail};
 
+use seamwise::asset::ImageFormat;
 use seamwise::bake::{self, Input};
-use seamwise::evaluate::load::{TextureCache, load};
 use seamwise::evaluate::Reference;
+use seamwise::evaluate::camera::Rig;
+use seamwise::evaluate::load::{TextureCache, load};
+use seamwise::evaluate::scene::Scene;
+use seamwise::evaluate::sheet::contact_sheet;
+use seamwise::images::encode;
 use seamwise::progress::Progress;
 use seamwise::read::read;
 use seamwise::report::{CandidateReport, EvaluateReport, ReferenceReport};
 use seamwise::write::write_files;
 
 use crate::cli::{BakeArgs, EvaluateArgs};
+
+/// Pixels along each side of a picture on a contact sheet.
+const SHEET_RESOLUTION: usize = 384;
 
 /// Bakes each input; one that fails does not stop the others.
 pub(crate) fn bake(args: &BakeArgs, quiet: bool, progress: &Progress) -> Result<usize> {
@@ -52,18 +60,28 @@ fn name(input: Input<'_>) -> String {
 /// others.
 pub(crate) fn evaluate(args: &EvaluateArgs, quiet: bool) -> Result<usize> {
     let mut cache = TextureCache::default();
-    let named = |path: &Path, error| anyhow!("{}: {error}", path.display());
-    let reference = read(&args.reference)
-        .and_then(|asset| load(&asset, &mut cache))
-        .map_err(|error| named(&args.reference, error))?;
-    let against = Reference::new(&reference, args.resolve())
-        .map_err(|error| named(&args.reference, error))?;
-    let candidates: Vec<CandidateReport> =
-        args.candidates.iter().map(|path| compare(path, &against, &mut cache)).collect();
-    for candidate in &candidates {
-        if let Some(failure) = &candidate.failure {
-            eprintln!("seamwise: {}: {failure}", candidate.file);
+    let named = |error| anyhow!("{}: {error}", args.reference.display());
+    let reference = load_file(&args.reference, &mut cache).map_err(named)?;
+    let against = Reference::new(&reference, args.resolve()).map_err(named)?;
+    let (mut candidates, mut scenes) = (Vec::new(), Vec::new());
+    for path in &args.candidates {
+        let compared = load_file(path, &mut cache).and_then(|scene| {
+            let metrics = against.compare(&scene)?;
+            let triangles = scene.triangles.len();
+            if args.sheet.is_some() {
+                scenes.push(scene);
+            }
+            Ok((triangles, metrics))
+        });
+        if let Err(error) = &compared {
+            eprintln!("seamwise: {}: {error}", path.display());
         }
+        candidates.push(CandidateReport {
+            file: path.display().to_string(),
+            failure: compared.as_ref().err().map(ToString::to_string),
+            triangles: compared.as_ref().map_or(0, |(triangles, _)| *triangles),
+            metrics: compared.ok().map(|(_, metrics)| metrics),
+        });
     }
     let failed = candidates.iter().filter(|candidate| candidate.failure.is_some()).count();
     let report = EvaluateReport {
@@ -76,28 +94,24 @@ pub(crate) fn evaluate(args: &EvaluateArgs, quiet: bool) -> Result<usize> {
         candidates,
     };
     say(quiet, &report.to_table())?;
+    let mut files = Vec::new();
     if let Some(path) = &args.json {
-        write_files(&[(path.clone(), report.to_json()?.into_bytes())])?;
+        files.push((path.clone(), report.to_json()?.into_bytes()));
     }
+    if let Some(path) = &args.sheet {
+        let rig = Rig::around(&reference, args.sheet_views.into(), SHEET_RESOLUTION);
+        let sheet = contact_sheet(&reference, &scenes, &rig).into();
+        files.push((path.clone(), encode(&sheet, ImageFormat::Png)?.bytes.to_vec()));
+    }
+    write_files(&files)?;
     if failed == args.candidates.len() {
         bail!("nothing was compared");
     }
     Ok(failed)
 }
 
-fn compare(path: &Path, reference: &Reference<'_>, cache: &mut TextureCache) -> CandidateReport {
-    let mut triangles = 0;
-    let metrics = read(path).and_then(|asset| {
-        let scene = load(&asset, cache)?;
-        triangles = scene.triangles.len();
-        reference.compare(&scene)
-    });
-    CandidateReport {
-        file: path.display().to_string(),
-        triangles,
-        failure: metrics.as_ref().err().map(ToString::to_string),
-        metrics: metrics.ok(),
-    }
+fn load_file(path: &Path, cache: &mut TextureCache) -> seamwise::error::Result<Scene> {
+    load(&read(path)?, cache)
 }
 
 /// Prints a result, unless the user wants none. A reader that has gone away is no failure.

@@ -15,6 +15,7 @@ pub mod render;
 pub mod sample;
 pub mod scene;
 mod shade;
+pub mod sheet;
 pub mod volume;
 
 use seamwise_attr::TriangleId;

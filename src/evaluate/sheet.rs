@@ -1,0 +1,84 @@
+//! A contact sheet: a reference and its candidates side by side, and where they differ.
+
+use image::{Rgb, RgbImage, imageops};
+use seamwise_texture::color::{linear_to_srgb, luminance};
+
+use super::camera::Rig;
+use super::render::{Image, Mode, render_views};
+use super::scene::Scene;
+
+/// Pixels between pictures.
+const GAP: u32 = 4;
+/// What lies between them: a little darker than the background of a render.
+const GAP_COLOR: Rgb<u8> = Rgb([96; 3]);
+/// A difference in sRGB luminance of one in this many is shown white.
+const GAIN: f32 = 8.0;
+
+/// Draws each scene in a column of its own, the reference first, seen from each camera of `rig`;
+/// below each picture of a candidate the difference in sRGB luminance to the reference's, eightfold.
+pub fn contact_sheet(reference: &Scene, candidates: &[Scene], rig: &Rig) -> RgbImage {
+    let own = render_views(reference, rig, Mode::Lit);
+    let mut columns = vec![column(&own, None)];
+    for candidate in candidates {
+        columns.push(column(&render_views(candidate, rig, Mode::Lit), Some(&own)));
+    }
+    let side = rig.resolution as u32;
+    let rows = 2 * rig.cameras.len() as u32;
+    let length = |count: u32| count * (side + GAP) + GAP;
+    let size = (length(columns.len() as u32), length(rows));
+    let mut sheet = RgbImage::from_pixel(size.0, size.1, GAP_COLOR);
+    for (x, column) in columns.iter().enumerate() {
+        for (y, picture) in column.iter().enumerate() {
+            let at = |index: usize| i64::from(length(index as u32));
+            imageops::replace(&mut sheet, picture, at(x), at(y));
+        }
+    }
+    sheet
+}
+
+/// The pictures of one scene, each followed by its difference.
+fn column(views: &[Image], reference: Option<&[Image]>) -> Vec<RgbImage> {
+    let blank =
+        |view: &Image| RgbImage::from_pixel(view.width as u32, view.height as u32, GAP_COLOR);
+    let heat = |index: usize, view: &Image| match reference {
+        Some(reference) => difference(&reference[index], view),
+        None => blank(view),
+    };
+    let pairs = views.iter().enumerate();
+    pairs.flat_map(|(index, view)| [view.to_srgb8(), heat(index, view)]).collect()
+}
+
+/// The difference in sRGB luminance, from black over red and yellow to white.
+fn difference(reference: &Image, candidate: &Image) -> RgbImage {
+    let encoded = |rgb: [f32; 3]| linear_to_srgb(luminance(rgb).clamp(0.0, 1.0));
+    let heat = |at: usize| {
+        let off = (encoded(reference.rgb[at]) - encoded(candidate.rgb[at])).abs() * GAIN;
+        Rgb([0.0, 1.0, 2.0].map(|start| ((off * 3.0 - start).clamp(0.0, 1.0) * 255.0) as u8))
+    };
+    RgbImage::from_fn(reference.width as u32, reference.height as u32, |x, y| {
+        heat(y as usize * reference.width + x as usize)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    #[test]
+    fn a_scene_beside_itself_differs_nowhere() {
+        let scene = Scene {
+            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+            normals: vec![Vec3::Z; 3],
+            triangles: vec![[0, 1, 2], [0, 2, 1]],
+            ..Scene::default()
+        };
+        let rig = Rig::around(&scene, 1, 16);
+        let sheet = contact_sheet(&scene, std::slice::from_ref(&scene), &rig);
+        assert_eq!(sheet.dimensions(), (2 * 20 + 4, 2 * 20 + 4));
+        let below = imageops::crop_imm(&sheet, 24, 24, 16, 16).to_image();
+        assert!(below.pixels().all(|pixel| *pixel == Rgb([0; 3])));
+        let above = [4, 24].map(|x| imageops::crop_imm(&sheet, x, 4, 16, 16).to_image());
+        assert_eq!(above[0], above[1]);
+    }
+}
