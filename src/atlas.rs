@@ -110,18 +110,21 @@ fn read_charts(asset: &Asset, primitive: &Primitive, slot: &TextureSlot) -> Resu
 }
 
 impl Atlas {
+    /// All charts as one list of triangles.
+    pub fn joined_charts(&self) -> Charts {
+        let mut joined = Charts { uvs: Vec::new(), triangles: Vec::new() };
+        for charts in &self.charts {
+            let first = joined.uvs.len() as u32;
+            joined.uvs.extend(&charts.uvs);
+            joined.triangles.extend(charts.triangles.iter().map(|t| t.map(|uv| uv + first)));
+        }
+        joined
+    }
+
     /// Which texels of a `width` × `height` image the charts cover.
     pub fn validity(&self, width: usize, height: usize) -> Validity {
-        let cover = |charts: &Charts| {
-            Validity::from_charts(width, height, self.wrap, &charts.uvs, &charts.triangles)
-        };
-        let mut charts = self.charts.iter();
-        let mut validity = charts.next().map_or_else(
-            || Validity::from_flags(width, height, vec![false; width * height]),
-            cover,
-        );
-        charts.for_each(|charts| validity.union(&cover(charts)));
-        validity
+        let charts = self.joined_charts();
+        Validity::from_charts(width, height, self.wrap, &charts.uvs, &charts.triangles)
     }
 }
 

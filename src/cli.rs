@@ -31,6 +31,8 @@ pub(crate) enum Command {
     Bake(BakeArgs),
     /// Say how far models are from a reference.
     Evaluate(EvaluateArgs),
+    /// Say what an asset is made of, and where its atlases would bleed.
+    Inspect(InspectArgs),
 }
 
 /// `seamwise bake`.
@@ -130,4 +132,15 @@ impl EvaluateArgs {
             samples: self.samples as usize,
         }
     }
+}
+
+/// `seamwise inspect`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example: seamwise inspect helmet.gltf")]
+pub(crate) struct InspectArgs {
+    /// A .glb or .gltf file.
+    pub(crate) input: PathBuf,
+    /// Print JSON instead of text.
+    #[arg(long)]
+    pub(crate) json: bool,
 }

@@ -38,6 +38,7 @@ pub mod error;
 pub mod evaluate;
 pub mod geometry;
 pub mod images;
+pub mod inspect;
 pub mod levels;
 pub mod options;
 mod pack;

@@ -24,6 +24,7 @@ fn main() -> ExitCode {
     let result = match &cli.command {
         cli::Command::Bake(args) => run::bake(args, cli.quiet, &progress),
         cli::Command::Evaluate(args) => run::evaluate(args, cli.quiet),
+        cli::Command::Inspect(args) => run::inspect(args, cli.quiet),
     };
     match result {
         Ok(0) => ExitCode::SUCCESS,

@@ -13,12 +13,13 @@ use seamwise::evaluate::load::{TextureCache, load};
 use seamwise::evaluate::scene::Scene;
 use seamwise::evaluate::sheet::contact_sheet;
 use seamwise::images::encode;
+use seamwise::inspect;
 use seamwise::progress::Progress;
 use seamwise::read::read;
 use seamwise::report::{CandidateReport, EvaluateReport, ReferenceReport};
 use seamwise::write::write_files;
 
-use crate::cli::{BakeArgs, EvaluateArgs};
+use crate::cli::{BakeArgs, EvaluateArgs, InspectArgs};
 
 /// Pixels along each side of a picture on a contact sheet.
 const SHEET_RESOLUTION: usize = 384;
@@ -112,6 +113,15 @@ pub(crate) fn evaluate(args: &EvaluateArgs, quiet: bool) -> Result<usize> {
 
 fn load_file(path: &Path, cache: &mut TextureCache) -> seamwise::error::Result<Scene> {
     load(&read(path)?, cache)
+}
+
+/// Looks an asset over.
+pub(crate) fn inspect(args: &InspectArgs, quiet: bool) -> Result<usize> {
+    let found = read(&args.input)
+        .and_then(|asset| inspect::inspect(&asset))
+        .map_err(|error| anyhow!("{}: {error}", args.input.display()))?;
+    say(quiet, &if args.json { found.to_json()? } else { found.to_text() })?;
+    Ok(0)
 }
 
 /// Prints a result, unless the user wants none. A reader that has gone away is no failure.

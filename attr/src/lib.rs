@@ -18,6 +18,7 @@
 mod bvh;
 mod chain;
 mod collapse;
+mod edges;
 mod error;
 mod id;
 mod marks;
@@ -36,6 +37,7 @@ mod triangle;
 mod weld;
 
 pub use chain::{Level, simplify_chain};
+pub use edges::Census;
 pub use error::{Error, Result};
 pub use id::{CornerId, PointId, TriangleId, WedgeId};
 pub use mesh::{Layout, Mesh};

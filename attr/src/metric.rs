@@ -9,6 +9,7 @@
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
+use crate::edges::{EdgeKind, visit_edges};
 use crate::id::{PointId, WedgeId};
 use crate::mesh::Mesh;
 use crate::quadric::{self, Gradient, MAX_ATTRIBUTES, PointQuadric};
@@ -96,26 +97,26 @@ impl Metric {
 
     /// Adds a plane through each border and seam edge, perpendicular to its triangle, so that
     /// outlines and seams stay where they are (Garland & Heckbert 1997, §6). Weighted by the
-    /// edge's squared length.
+    /// edge's squared length. A crease needs none: the surface bends there.
     fn add_outlines(&mut self, mesh: &Mesh, weights: &Weights) {
-        for edge in edges(mesh) {
-            let weight = match edge.sides.as_slice() {
-                [a, b] if a.uv_and_group == b.uv_and_group => continue,
-                [_, _] => weights.seam,
-                _ => weights.border,
+        visit_edges(mesh, |kind, sides| {
+            let weight = match kind {
+                EdgeKind::Inner | EdgeKind::Crease => return,
+                EdgeKind::Seam => weights.seam,
+                EdgeKind::Border | EdgeKind::Complex => weights.border,
             };
-            let [from, to] = edge.points.map(|point| self.positions[point]);
-            for side in &edge.sides {
-                let p = mesh.triangle_points(side.triangle).map(|point| self.positions[point]);
+            for &(points, triangle) in sides {
+                let [from, to] = points.map(|point| self.positions[point]);
+                let p = mesh.triangle_points(triangle).map(|point| self.positions[point]);
                 let face = (p[1] - p[0]).cross(p[2] - p[0]);
                 let normal = (to - from).cross(face).normalize_or_zero();
                 let weight = weight * (to - from).length_squared() / 2.0;
                 let plane = PointQuadric::from_plane(from, normal, weight);
-                for point in edge.points {
+                for point in points {
                     self.constraints[point].add(&plane);
                 }
             }
-        }
+        });
     }
 
     /// A wedge's row.
@@ -193,63 +194,6 @@ fn scales(mesh: &Mesh, weights: &Weights, unit: f64) -> FxHashMap<u32, [f64; MAX
         row.map(|scale| scale.max(LEAST_SCALE))
     };
     areas.into_iter().map(|(group, areas)| (group, row(areas))).collect()
-}
-
-/// An edge with its triangles.
-struct Edge {
-    points: [PointId; 2],
-    sides: Vec<Side>,
-}
-
-struct Side {
-    triangle: usize,
-    /// Bits of the UVs and colors at both ends and the group: two sides that differ here meet at
-    /// a seam; two that differ in their normals alone meet at a crease, which needs no plane of
-    /// its own, since the surface bends there.
-    uv_and_group: ([Vec<u32>; 2], u32),
-}
-
-/// All edges that are not plainly inside a chart: with other than two triangles, or with sides
-/// whose wedges differ. Sorted by their points.
-fn edges(mesh: &Mesh) -> Vec<Edge> {
-    let mut sides: Vec<([PointId; 2], usize)> = Vec::with_capacity(mesh.triangles.len() * 3);
-    for triangle in 0..mesh.triangles.len() {
-        let [a, b, c] = mesh.triangle_points(triangle);
-        for (from, to) in [(a, b), (b, c), (c, a)] {
-            sides.push(([from.min(to), from.max(to)], triangle));
-        }
-    }
-    sides.sort_unstable();
-    sides
-        .chunk_by(|a, b| a.0 == b.0)
-        .filter(|run| match run {
-            [a, b] => wedges_at(mesh, a.1, a.0) != wedges_at(mesh, b.1, b.0),
-            _ => true,
-        })
-        .map(|run| Edge {
-            points: run[0].0,
-            sides: run.iter().map(|&(points, triangle)| side(mesh, triangle, points)).collect(),
-        })
-        .collect()
-}
-
-/// The wedges of a triangle at two of its points.
-fn wedges_at(mesh: &Mesh, triangle: usize, points: [PointId; 2]) -> [WedgeId; 2] {
-    let own = mesh.triangle_points(triangle);
-    points.map(|point| {
-        let slot = own.iter().position(|&p| p == point).expect("an edge's point is its triangle's");
-        mesh.triangles[triangle][slot]
-    })
-}
-
-fn side(mesh: &Mesh, triangle: usize, points: [PointId; 2]) -> Side {
-    let layout = mesh.layout;
-    let without_normal = |wedge: WedgeId| {
-        let row = mesh.row(wedge);
-        row[..layout.normal()].iter().chain(&row[layout.color()..]).map(|x| x.to_bits()).collect()
-    };
-    let wedges = wedges_at(mesh, triangle, points);
-    Side { triangle, uv_and_group: (wedges.map(without_normal), mesh.groups[triangle]) }
 }
 
 #[cfg(test)]
