@@ -21,9 +21,6 @@ use seamwise::write::write_files;
 
 use crate::cli::{BakeArgs, EvaluateArgs, InspectArgs};
 
-/// Pixels along each side of a picture on a contact sheet.
-const SHEET_RESOLUTION: usize = 384;
-
 /// Bakes each input; one that fails does not stop the others.
 pub(crate) fn bake(args: &BakeArgs, quiet: bool, progress: &Progress) -> Result<usize> {
     let options = args.resolve()?;
@@ -63,7 +60,8 @@ pub(crate) fn evaluate(args: &EvaluateArgs, quiet: bool) -> Result<usize> {
     let mut cache = TextureCache::default();
     let named = |error| anyhow!("{}: {error}", args.reference.display());
     let reference = load_file(&args.reference, &mut cache).map_err(named)?;
-    let against = Reference::new(&reference, args.resolve()).map_err(named)?;
+    let options = args.resolve();
+    let against = Reference::new(&reference, options).map_err(named)?;
     let (mut candidates, mut scenes) = (Vec::new(), Vec::new());
     for path in &args.candidates {
         let compared = load_file(path, &mut cache).and_then(|scene| {
@@ -100,7 +98,7 @@ pub(crate) fn evaluate(args: &EvaluateArgs, quiet: bool) -> Result<usize> {
         files.push((path.clone(), report.to_json()?.into_bytes()));
     }
     if let Some(path) = &args.sheet {
-        let rig = Rig::around(&reference, args.sheet_views.into(), SHEET_RESOLUTION);
+        let rig = Rig::around(&reference, args.sheet_views.into(), options.resolution);
         let sheet = contact_sheet(&reference, &scenes, &rig).into();
         files.push((path.clone(), encode(&sheet, ImageFormat::Png)?.bytes.to_vec()));
     }

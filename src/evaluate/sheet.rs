@@ -11,6 +11,8 @@ use super::scene::Scene;
 const GAP: u32 = 4;
 /// What lies between them: a little darker than the background of a render.
 const GAP_COLOR: Rgb<u8> = Rgb([96; 3]);
+/// Views of fewer pixels are shown larger, pixel by pixel: what mip maps do to a seam shows there.
+const LEAST_SIDE: u32 = 256;
 /// A difference in sRGB luminance of one in this many is shown white.
 const GAIN: f32 = 8.0;
 
@@ -22,7 +24,8 @@ pub fn contact_sheet(reference: &Scene, candidates: &[Scene], rig: &Rig) -> RgbI
     for candidate in candidates {
         columns.push(column(&render_views(candidate, rig, Mode::Lit), Some(&own)));
     }
-    let side = rig.resolution as u32;
+    let scale = LEAST_SIDE.div_ceil(rig.resolution as u32);
+    let side = rig.resolution as u32 * scale;
     let rows = 2 * rig.cameras.len() as u32;
     let length = |count: u32| count * (side + GAP) + GAP;
     let size = (length(columns.len() as u32), length(rows));
@@ -30,7 +33,8 @@ pub fn contact_sheet(reference: &Scene, candidates: &[Scene], rig: &Rig) -> RgbI
     for (x, column) in columns.iter().enumerate() {
         for (y, picture) in column.iter().enumerate() {
             let at = |index: usize| i64::from(length(index as u32));
-            imageops::replace(&mut sheet, picture, at(x), at(y));
+            let picture = imageops::resize(picture, side, side, imageops::FilterType::Nearest);
+            imageops::replace(&mut sheet, &picture, at(x), at(y));
         }
     }
     sheet
@@ -73,12 +77,11 @@ mod tests {
             triangles: vec![[0, 1, 2], [0, 2, 1]],
             ..Scene::default()
         };
-        let rig = Rig::around(&scene, 1, 16);
+        let rig = Rig::around(&scene, 1, 128);
         let sheet = contact_sheet(&scene, std::slice::from_ref(&scene), &rig);
-        assert_eq!(sheet.dimensions(), (2 * 20 + 4, 2 * 20 + 4));
-        let below = imageops::crop_imm(&sheet, 24, 24, 16, 16).to_image();
-        assert!(below.pixels().all(|pixel| *pixel == Rgb([0; 3])));
-        let above = [4, 24].map(|x| imageops::crop_imm(&sheet, x, 4, 16, 16).to_image());
-        assert_eq!(above[0], above[1]);
+        assert_eq!(sheet.dimensions(), (2 * 260 + 4, 2 * 260 + 4), "twice as large");
+        let crop = |x, y| imageops::crop_imm(&sheet, x, y, 256, 256).to_image();
+        assert_eq!(crop(4, 4), crop(264, 4));
+        assert!(crop(264, 264).pixels().all(|pixel| *pixel == Rgb([0; 3])));
     }
 }
