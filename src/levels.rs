@@ -7,8 +7,9 @@ use serde_json::{Map, Value, json};
 
 use crate::asset::{Asset, EncodedImage};
 use crate::error::{Error, Result};
-use crate::geometry::{Geometry, LevelPart};
+use crate::geometry::Geometry;
 use crate::pack::Packer;
+use crate::parts::LevelPart;
 use crate::primitive::Primitive;
 
 /// One level of a mesh, ready to be written.

@@ -9,8 +9,8 @@
 //!
 //! - [`read`](mod@read) brings a .gltf or .glb into memory. The document stays whole, so what no stage changes
 //!   survives.
-//! - [`geometry`] welds all triangle primitives of a mesh to one surface of points and wedges, and
-//!   turns its levels back into primitives.
+//! - [`geometry`] welds all triangle primitives of a mesh to one surface of points and wedges;
+//!   [`parts`] turns its levels back into primitives.
 //! - `seamwise_attr` simplifies that surface by a generalized quadric, with attributes in wedges,
 //!   and emits every level from one descent.
 //! - [`atlas`] finds the texels that no chart covers, and `seamwise_texture` fills them.
@@ -42,6 +42,7 @@ pub mod inspect;
 pub mod levels;
 pub mod options;
 mod pack;
+pub mod parts;
 pub mod primitive;
 pub mod progress;
 pub mod read;

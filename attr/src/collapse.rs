@@ -13,6 +13,7 @@ use crate::marks::Marks;
 use crate::mesh::Layout;
 use crate::metric::Metric;
 use crate::quadric::{self, PointQuadric};
+use crate::shape::{folds, is_worse_sliver, turns};
 use crate::solve::minimize;
 use crate::topology::{Topology, on_outline};
 
@@ -21,16 +22,6 @@ use crate::topology::{Topology, on_outline};
 const PULL: f64 = 1e-4;
 /// A placement farther from the midpoint than this many edge lengths is no placement.
 const REACH: f64 = 2.0;
-/// A surviving triangle may not turn by more than 75°.
-const TURN_COSINE: f64 = 0.258_819;
-/// A surviving triangle may not become thinner than this and half as thick as it was. An equilateral
-/// triangle has quality 1.
-///
-/// With any loss forbidden, thin tubes and wires get stuck and their descent goes elsewhere: at
-/// 12.5 % a ship's RMS distance is 4.9e-3 of the diagonal instead of 1.8e-3, a strung racquet's
-/// 4.7e-3 instead of 2.8e-3; a fifth instead of a half gains nothing more in images.
-const SLIVER: f64 = 0.05;
-
 /// The merged wedges of a collapse and the quadrics they add up to. Reused from one collapse to
 /// the next, so that evaluating one allocates nothing.
 pub(crate) struct Plan {
@@ -337,43 +328,11 @@ fn root(parents: &mut [u32], mut slot: u32) -> u32 {
     slot
 }
 
-fn cross(p: [DVec3; 3]) -> DVec3 {
-    (p[1] - p[0]).cross(p[2] - p[0])
-}
-
-/// Whether a triangle turns by more than 75°. One without area has no direction to turn from.
-fn turns(before: [DVec3; 3], after: [DVec3; 3]) -> bool {
-    let (old, new) = (cross(before), cross(after));
-    old.dot(new) < TURN_COSINE * old.length() * new.length()
-}
-
-/// Area over squared sides, 1 for an equilateral triangle.
-fn quality(p: [DVec3; 3]) -> f64 {
-    let sides =
-        p[0].distance_squared(p[1]) + p[1].distance_squared(p[2]) + p[2].distance_squared(p[0]);
-    if sides > 0.0 { 2.0 * 3f64.sqrt() * cross(p).length() / sides } else { 0.0 }
-}
-
-fn is_worse_sliver(before: [DVec3; 3], after: [DVec3; 3]) -> bool {
-    let after = quality(after);
-    after < SLIVER && after < 0.5 * quality(before)
-}
-
-/// Whether a triangle's UV area changes sign. One without area may take either, as may one that
-/// is so thin that its sign is rounding.
-fn folds(before: [DVec2; 3], after: [DVec2; 3]) -> bool {
-    let area = |t: [DVec2; 3]| (t[1] - t[0]).perp_dot(t[2] - t[0]);
-    let (old, new) = (area(before), area(after));
-    let longest =
-        (before[1] - before[0]).length_squared().max((before[2] - before[0]).length_squared());
-    old.abs() > 1e-9 * longest && old * new <= 0.0
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::Mesh;
-    use crate::simplify::Weights;
+    use crate::metric::Weights;
     use crate::testing::{grid, sphere};
 
     fn plan(mesh: &Mesh, points: [u32; 2]) -> (Topology, Metric, Plan) {

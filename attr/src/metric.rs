@@ -13,7 +13,30 @@ use crate::edges::{EdgeKind, visit_edges};
 use crate::id::{PointId, WedgeId};
 use crate::mesh::Mesh;
 use crate::quadric::{self, Gradient, MAX_ATTRIBUTES, PointQuadric};
-use crate::simplify::Weights;
+
+/// How much a unit of error in each attribute counts beside a unit of distance.
+///
+/// The defaults are those of the first experiment on a helmet of 15,452 triangles, where normals
+/// at 0.1 were clearly worse than at 0.02 (lit RMS luminance 0.0433 against 0.0350).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Weights {
+    /// On UVs in lengths on the surface.
+    pub uv: f64,
+    /// On unit normals, in shares of the mesh's extent.
+    pub normal: f64,
+    /// On colors in 0…1, in shares of the mesh's extent.
+    pub color: f64,
+    /// On the planes that hold borders.
+    pub border: f64,
+    /// On the planes that hold seams and material boundaries.
+    pub seam: f64,
+}
+
+impl Default for Weights {
+    fn default() -> Self {
+        Self { uv: 1.0, normal: 0.02, color: 0.02, border: 4.0, seam: 1.0 }
+    }
+}
 
 /// An attribute that is to count for nothing, or a UV set without area, still gets this scale: far
 /// below any error that matters, and its row can be read back.

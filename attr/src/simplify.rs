@@ -1,8 +1,6 @@
 //! The greedy descent: the cheapest collapse first, until a target is reached (Garland & Heckbert,
 //! "Surface simplification using quadric error metrics", SIGGRAPH 1997).
 
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
@@ -11,7 +9,8 @@ use crate::collapse::Plan;
 use crate::id::{PointId, TriangleId, WedgeId};
 use crate::marks::Marks;
 use crate::mesh::{Layout, Mesh};
-use crate::metric::Metric;
+use crate::metric::{Metric, Weights};
+use crate::queue::{Entry, Queue};
 use crate::topology::Topology;
 
 /// Shells of up to this many triangles may vanish as a whole once none of their edges can
@@ -20,30 +19,6 @@ const SMALL_SHELL: usize = 16;
 /// Collapses that were found illegal are tried again each time the mesh has shrunk to this share
 /// of its size: what surrounded them has changed by then.
 const RETRY_SHARE: f64 = 0.9;
-
-/// How much a unit of error in each attribute counts beside a unit of distance.
-///
-/// The defaults are those of the first experiment on a helmet of 15,452 triangles, where normals
-/// at 0.1 were clearly worse than at 0.02 (lit RMS luminance 0.0433 against 0.0350).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Weights {
-    /// On UVs in lengths on the surface.
-    pub uv: f64,
-    /// On unit normals, in shares of the mesh's extent.
-    pub normal: f64,
-    /// On colors in 0…1, in shares of the mesh's extent.
-    pub color: f64,
-    /// On the planes that hold borders.
-    pub border: f64,
-    /// On the planes that hold seams and material boundaries.
-    pub seam: f64,
-}
-
-impl Default for Weights {
-    fn default() -> Self {
-        Self { uv: 1.0, normal: 0.02, color: 0.02, border: 4.0, seam: 1.0 }
-    }
-}
 
 /// Options of a simplification.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -344,80 +319,5 @@ impl<'a> Descent<'a> {
             mesh.groups.push(group);
         }
         (mesh, point_sources, wedge_sources)
-    }
-}
-
-/// A collapse that waits: of an edge, or of the whole shell of a point, named twice.
-#[derive(Clone, Copy, Debug)]
-struct Entry {
-    cost: f64,
-    points: [PointId; 2],
-    versions: [u32; 2],
-}
-
-impl Entry {
-    fn is_shell(&self) -> bool {
-        self.points[0] == self.points[1]
-    }
-}
-
-impl Ord for Entry {
-    /// By cost; between equals by points, so that the order is total.
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        self.cost
-            .total_cmp(&other.cost)
-            .then_with(|| self.points.cmp(&other.points))
-            .then_with(|| self.versions.cmp(&other.versions))
-    }
-}
-
-impl PartialOrd for Entry {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl PartialEq for Entry {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other).is_eq()
-    }
-}
-
-impl Eq for Entry {}
-
-/// Collapses by cost. An entry whose points have changed since is stale, and skipped when it
-/// comes up.
-#[derive(Default)]
-struct Queue {
-    heap: BinaryHeap<Reverse<Entry>>,
-    rejected: Vec<Entry>,
-}
-
-impl From<Vec<Entry>> for Queue {
-    fn from(entries: Vec<Entry>) -> Self {
-        Self { heap: entries.into_iter().map(Reverse).collect(), rejected: Vec::new() }
-    }
-}
-
-impl Queue {
-    fn push(&mut self, entry: Entry) {
-        self.heap.push(Reverse(entry));
-    }
-
-    fn pop(&mut self) -> Option<Entry> {
-        self.heap.pop().map(|Reverse(entry)| entry)
-    }
-
-    /// The least cost that waits.
-    fn least(&self) -> f64 {
-        self.heap.peek().map_or(f64::INFINITY, |Reverse(entry)| entry.cost)
-    }
-
-    fn reject(&mut self, entry: Entry) {
-        self.rejected.push(entry);
-    }
-
-    fn retry_rejected(&mut self) {
-        self.heap.extend(self.rejected.drain(..).map(Reverse));
     }
 }
