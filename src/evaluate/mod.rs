@@ -28,8 +28,8 @@ use appearance::{Appearance, compare_appearance};
 use camera::Rig;
 use distance::{Distances, SampledSurface, correspond};
 use luminance::Difference;
-use render::{Image, Mode, render_views};
-use scene::{Scene, TextureRef};
+use render::{Image, render_views};
+use scene::{Mode, Scene, TextureRef};
 use volume::{Measures, Soundness, check_soundness, measure};
 
 /// How thoroughly to look.

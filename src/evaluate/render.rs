@@ -14,7 +14,7 @@ use seamwise_texture::color::linear_to_srgb8;
 
 use super::camera::{Camera, Rig};
 use super::raster::{Facet, Layer, NONE, SAMPLES, View};
-use super::scene::{Alpha, Scene};
+use super::scene::{Alpha, Mode, Scene};
 use super::shade::{Shader, material_of};
 
 /// What surrounds the scene, in linear light: the gray that is 0.5 in sRGB. Halfway on the screen
@@ -24,16 +24,6 @@ pub const BACKGROUND: f32 = 0.214_041_14;
 
 /// A blended sample below this alpha is not there: one step of 8 bits.
 const INVISIBLE: f32 = 1.0 / 255.0;
-
-/// How surfaces are colored.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Mode {
-    /// By their material under the fixed light.
-    #[default]
-    Lit,
-    /// Base color alone: factor, texture and `COLOR_0`.
-    Unlit,
-}
 
 /// A render.
 #[derive(Clone, Debug, PartialEq)]

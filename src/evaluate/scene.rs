@@ -83,3 +83,13 @@ pub struct TextureRef {
     /// `KHR_texture_transform`, the identity where absent.
     pub transform: Affine2,
 }
+
+/// How surfaces are colored.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Mode {
+    /// By their material under the fixed light.
+    #[default]
+    Lit,
+    /// Base color alone: factor, texture and `COLOR_0`.
+    Unlit,
+}

@@ -10,8 +10,7 @@ use glam::{DVec2, Vec2, Vec3, Vec4};
 
 use super::light::{Light, Surface};
 use super::raster::{Facet, Hit, View};
-use super::render::Mode;
-use super::scene::{Alpha, Material, Scene, TextureRef};
+use super::scene::{Alpha, Material, Mode, Scene, TextureRef};
 
 /// Colors the points that one view sees.
 pub(super) struct Shader<'a> {

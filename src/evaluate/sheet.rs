@@ -4,8 +4,8 @@ use image::{Rgb, RgbImage, imageops};
 use seamwise_texture::color::{linear_to_srgb, luminance};
 
 use super::camera::Rig;
-use super::render::{Image, Mode, render_views};
-use super::scene::Scene;
+use super::render::{Image, render_views};
+use super::scene::{Mode, Scene};
 
 /// Pixels between pictures.
 const GAP: u32 = 4;
