@@ -245,3 +245,55 @@ fn name_extension(json: &mut Value, name: &str) {
         None => *used = json!([name]),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn document() -> Value {
+        json!({
+            "nodes": [
+                {"name": "arm", "mesh": 0, "weights": [0.5], "children": [1], "rotation": [0, 0, 0, 1]},
+                {"name": "hand", "mesh": 0},
+            ],
+            "animations": [{"channels": [
+                {"target": {"node": 0, "path": "weights"}},
+                {"target": {"node": 0, "path": "rotation"}},
+            ]}],
+        })
+    }
+
+    #[test]
+    fn a_leaf_names_a_node_for_each_level() {
+        let mut json = document();
+        link_levels(&mut json, 1, &[7, 8]).unwrap();
+        assert_eq!(json["nodes"][1]["extensions"]["MSFT_lod"]["ids"], json!([2, 3]));
+        assert_eq!(json["nodes"][3], json!({"name": "hand_lod2", "mesh": 8}));
+    }
+
+    #[test]
+    fn a_node_with_children_hands_its_mesh_to_a_child_so_that_they_stay() {
+        let mut json = document();
+        link_levels(&mut json, 0, &[7]).unwrap();
+        let nodes = &json["nodes"];
+        assert_eq!(nodes[0]["children"], json!([1, 2]));
+        assert!(nodes[0].get("mesh").is_none() && nodes[0].get("rotation").is_some());
+        assert_eq!((&nodes[2]["mesh"], &nodes[2]["weights"]), (&json!(0), &json!([0.5])));
+        assert_eq!(nodes[2]["extensions"]["MSFT_lod"]["ids"], json!([3]));
+        let channels = &json["animations"][0]["channels"];
+        assert_eq!(channels[0]["target"]["node"], 2, "weights follow the mesh");
+        assert_eq!(channels[1]["target"]["node"], 0, "the rotation stays");
+    }
+
+    #[test]
+    fn accessors_of_animations_skins_and_instances_are_found() {
+        let json = json!([
+            {"samplers": [{"input": 3, "output": 4, "interpolation": "LINEAR"}]},
+            {"inverseBindMatrices": 5, "joints": [0]},
+            {"extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 6}}}},
+        ]);
+        let mut found = BTreeSet::new();
+        collect_accessors(&json, &mut found);
+        assert_eq!(found.into_iter().collect::<Vec<_>>(), [3, 4, 5, 6]);
+    }
+}
