@@ -121,7 +121,8 @@ impl Build {
 
     /// A mesh, and a node at the scene's root that holds it; tells the node.
     pub(crate) fn mesh(&mut self, primitives: Vec<Value>) -> usize {
-        let mesh = self.add("meshes", json!({"name": "mesh", "primitives": primitives}));
+        let mesh = self.add("meshes", json!({"name": "mesh"}));
+        self.json["meshes"][mesh]["primitives"] = Value::Array(primitives);
         let node = self.add("nodes", json!({"name": "node", "mesh": mesh}));
         self.json["scenes"][0]["nodes"].as_array_mut().expect("a list").push(json!(node));
         node
