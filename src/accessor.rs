@@ -10,9 +10,11 @@ use gltf::json::validation::Checked;
 use crate::asset::Asset;
 use crate::error::{Error, Result};
 
-/// Most bytes that an accessor without a buffer view may ask for: zeros cost a file nothing, so
-/// nothing else bounds them.
-const MOST_ZEROS: usize = 1 << 28;
+/// Most bytes of zeros that an accessor without a buffer view may stand for, per byte of all
+/// buffers: zeros cost a file nothing, so nothing else bounds them. In earnest they lie under the
+/// sparse values of a morph target, which has as many elements as there are positions, each of at
+/// most twice the size.
+const ZEROS_PER_BYTE: usize = 4;
 
 /// An accessor's elements, one after the other.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,10 +54,13 @@ pub fn read(asset: &Asset, index: usize, at: &str) -> Result<Elements> {
             let offset = json.byte_offset.unwrap_or_default().0;
             tight(asset, &at, view.value(), Run { offset, count, size })?
         }
-        None => match count.checked_mul(size).filter(|&bytes| bytes <= MOST_ZEROS) {
-            Some(bytes) => vec![0; bytes],
-            None => return Err(Error::invalid(at, format!("{count} elements without data"))),
-        },
+        None => {
+            let there: usize = asset.buffers.iter().map(Vec::len).sum();
+            match count.checked_mul(size).filter(|&bytes| bytes / ZEROS_PER_BYTE <= there) {
+                Some(bytes) => vec![0; bytes],
+                None => return Err(Error::invalid(at, format!("{count} elements without data"))),
+            }
+        }
     };
     if let Some(sparse) = &json.sparse {
         replace_sparse(asset, &at, sparse, &mut bytes, size)?;

@@ -41,6 +41,15 @@ impl Input<'_> {
         }
     }
 
+    /// The files that a bake of `levels` levels writes into `folder`: the levels, the finest first,
+    /// then all of them in one, then the report.
+    pub fn outputs(&self, folder: &Path, levels: usize) -> Vec<PathBuf> {
+        let stem = self.stem();
+        let levels = (1..=levels).map(|level| format!("{stem}_lod{level}.glb"));
+        let names = levels.chain([format!("{stem}.glb"), format!("{stem}.json")]);
+        names.map(|name| folder.join(name)).collect()
+    }
+
     fn read(&self) -> Result<Asset> {
         match self {
             Self::File(path) => read::read(path),
@@ -61,8 +70,8 @@ pub fn bake(
     options: &BakeOptions,
     progress: &Progress,
 ) -> Result<BakeReport> {
-    let stem = input.stem();
-    refuse_overwriting(input, &folder.join(format!("{stem}.glb")))?;
+    let outputs = input.outputs(folder, options.targets.count());
+    refuse_overwriting(&[input], &outputs)?;
     let mut clock = Clock::default();
     let asset = clock.time(|s| &mut s.read, || input.read())?;
     let geometries = clock.time(|s| &mut s.weld, || weld_all(&asset))?;
@@ -87,15 +96,11 @@ pub fn bake(
             None => Ok(None),
         },
     )?;
-    let files = clock.time(
+    let mut files = clock.time(
         |s| &mut s.write,
         || {
-            let mut files = Vec::new();
-            for (index, level) in levels.iter().enumerate() {
-                files.push((folder.join(format!("{stem}_lod{}.glb", index + 1)), to_glb(level)?));
-            }
-            let chain = chain_asset(&asset, &parts, &images)?;
-            files.push((folder.join(format!("{stem}.glb")), to_glb(&chain)?));
+            let mut files: Vec<Vec<u8>> = levels.iter().map(to_glb).collect::<Result<_>>()?;
+            files.push(to_glb(&chain_asset(&asset, &parts, &images)?)?);
             std::fs::create_dir_all(folder).map_err(|error| Error::io(folder, error))?;
             Ok::<_, Error>(files)
         },
@@ -107,18 +112,9 @@ pub fn bake(
         seconds: clock.seconds,
         peak_memory_bytes: peak_memory(),
     };
-    write_all(folder, &stem, files, &report)?;
+    files.push(report.to_json()?.into_bytes());
+    write_files(&outputs.into_iter().zip(files).collect::<Vec<_>>())?;
     Ok(report)
-}
-
-fn write_all(
-    folder: &Path,
-    stem: &str,
-    mut files: Vec<(PathBuf, Vec<u8>)>,
-    report: &BakeReport,
-) -> Result<()> {
-    files.push((folder.join(format!("{stem}.json")), report.to_json()?.into_bytes()));
-    write_files(&files)
 }
 
 /// Adds up the wall time of each stage.
@@ -136,16 +132,21 @@ impl Clock {
     }
 }
 
-fn refuse_overwriting(input: Input<'_>, output: &Path) -> Result<()> {
-    let Input::File(path) = input else {
-        return Ok(());
-    };
-    match (path.canonicalize(), output.canonicalize()) {
-        (Ok(input), Ok(output)) if input == output => Err(Error::Options {
-            what: format!("{} would be overwritten: choose another folder", path.display()),
-        }),
-        _ => Ok(()),
+/// Makes sure that no input is among the outputs, whatever way its path is written.
+///
+/// # Errors
+/// [`Error::Options`] with the input that would be overwritten.
+pub fn refuse_overwriting(inputs: &[Input<'_>], outputs: &[PathBuf]) -> Result<()> {
+    let there: Vec<PathBuf> = outputs.iter().filter_map(|path| path.canonicalize().ok()).collect();
+    for input in inputs {
+        if let Input::File(path) = input
+            && path.canonicalize().is_ok_and(|path| there.contains(&path))
+        {
+            let what = format!("{} would be overwritten: choose another folder", path.display());
+            return Err(Error::Options { what });
+        }
     }
+    Ok(())
 }
 
 fn weld_all(asset: &Asset) -> Result<Vec<Geometry>> {

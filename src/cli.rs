@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-use seamwise::error::Result;
+use seamwise::error::{Error, Result};
 use seamwise::evaluate;
 use seamwise::options::{BakeOptions, Targets, Textures};
 
@@ -78,6 +78,9 @@ pub(crate) enum TextureMode {
 impl BakeArgs {
     /// What these arguments mean.
     pub(crate) fn resolve(&self) -> Result<BakeOptions> {
+        if self.max_error.is_some_and(|error| error.is_nan() || error < 0.0) {
+            return Err(Error::Options { what: "the error limit must be 0 or more".into() });
+        }
         Ok(BakeOptions {
             targets: match (&self.ratios, &self.triangles) {
                 (Some(ratios), _) => Targets::ratios(ratios.clone())?,

@@ -78,6 +78,14 @@ impl Targets {
         Ok(Self::Triangles(counts))
     }
 
+    /// How many levels there are to be.
+    pub fn count(&self) -> usize {
+        match self {
+            Self::Ratios(ratios) => ratios.len(),
+            Self::Triangles(counts) => counts.len(),
+        }
+    }
+
     /// The shares of a source of `total` triangles.
     pub fn shares(&self, total: usize) -> Vec<f64> {
         match self {

@@ -44,6 +44,8 @@ pub fn read_bytes(bytes: &[u8], folder: &Path) -> Result<Asset> {
         if bytes.len() < GLB_HEADERS || length_of(bytes) < GLB_HEADERS {
             return Err(invalid("it ends before its first chunk".into()));
         }
+        // What follows the announced end is none of the file's.
+        let bytes = &bytes[..bytes.len().min(length_of(bytes))];
         let glb = gltf::Glb::from_slice(bytes).map_err(|error| invalid(error.to_string()))?;
         (glb.json, glb.bin)
     } else {

@@ -27,14 +27,11 @@ pub(crate) fn bake(args: &BakeArgs, quiet: bool, progress: &Progress) -> Result<
     let sample = [Input::Bytes(include_bytes!("../data/sample.glb"), "sample")];
     let files: Vec<Input<'_>> = args.inputs.iter().map(|path| Input::File(path)).collect();
     let inputs = if files.is_empty() { sample.as_slice() } else { files.as_slice() };
-    let stems: Vec<String> = inputs.iter().map(Input::stem).collect();
-    if let Some(twice) = stems.iter().enumerate().find(|(i, stem)| stems[..*i].contains(stem)) {
-        bail!("two inputs are called {}: their outputs would overwrite each other", twice.1);
-    }
+    refuse_collisions(inputs, &args.output, options.targets.count())?;
     let mut failed = 0;
-    for (input, stem) in inputs.iter().zip(&stems) {
+    for input in inputs {
         match bake::bake(*input, &args.output, &options, progress) {
-            Ok(report) => say(quiet, &format!("{stem}\n{}", report.to_table()))?,
+            Ok(report) => say(quiet, &format!("{}\n{}", input.stem(), report.to_table()))?,
             Err(error) => {
                 failed += 1;
                 eprintln!("seamwise: {}: {error}", name(*input));
@@ -45,6 +42,19 @@ pub(crate) fn bake(args: &BakeArgs, quiet: bool, progress: &Progress) -> Result<
         bail!("nothing was baked");
     }
     Ok(failed)
+}
+
+/// Makes sure that no output of a batch overwrites another or an input.
+fn refuse_collisions(inputs: &[Input<'_>], folder: &Path, levels: usize) -> Result<()> {
+    let mut outputs = Vec::new();
+    for input in inputs {
+        let own = input.outputs(folder, levels);
+        if let Some(twice) = own.iter().find(|path| outputs.contains(*path)) {
+            bail!("two inputs would write {}: bake them into two folders", twice.display());
+        }
+        outputs.extend(own);
+    }
+    Ok(bake::refuse_overwriting(inputs, &outputs)?)
 }
 
 fn name(input: Input<'_>) -> String {

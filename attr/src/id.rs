@@ -114,7 +114,7 @@ mod tests {
 
     #[test]
     fn a_slice_is_indexed_by_its_id() {
-        let mut values = Vec::from([10, 20, 30]);
+        let mut values = [10, 20, 30];
         values[PointId(1)] += 1;
         assert_eq!(values[PointId(1)], 21);
     }
