@@ -18,7 +18,7 @@ use crate::options::{BakeOptions, Textures};
 use crate::progress::Progress;
 use crate::read;
 use crate::report::{BakeReport, InputReport, LevelReport, Seconds, peak_memory};
-use crate::write::{to_glb, write_files};
+use crate::write::{refuse_overwriting, to_glb, write_files};
 
 /// Where an asset comes from.
 #[derive(Clone, Copy, Debug)]
@@ -61,7 +61,9 @@ pub fn bake(
     progress: &Progress,
 ) -> Result<BakeReport> {
     let stem = input.stem();
-    refuse_overwriting(input, &folder.join(format!("{stem}.glb")))?;
+    if let Input::File(path) = input {
+        refuse_overwriting(path, &folder.join(format!("{stem}.glb")))?;
+    }
     let mut clock = Clock::default();
     let asset = clock.time(|s| &mut s.read, || input.read())?;
     let geometries = clock.time(|s| &mut s.weld, || weld_all(&asset))?;
@@ -132,18 +134,6 @@ impl Clock {
         let result = run();
         *stage(&mut self.seconds) += start.elapsed().as_secs_f64();
         result
-    }
-}
-
-fn refuse_overwriting(input: Input<'_>, output: &Path) -> Result<()> {
-    let Input::File(path) = input else {
-        return Ok(());
-    };
-    match (path.canonicalize(), output.canonicalize()) {
-        (Ok(input), Ok(output)) if input == output => Err(Error::Options {
-            what: format!("{} would be overwritten: choose another folder", path.display()),
-        }),
-        _ => Ok(()),
     }
 }
 

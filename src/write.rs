@@ -33,6 +33,19 @@ pub fn to_glb(asset: &Asset) -> Result<Vec<u8>> {
     glb.to_vec().map_err(|error| Error::Internal { what: error.to_string() })
 }
 
+/// Refuses to write over a file that was read.
+///
+/// # Errors
+/// [`Error::Options`] if both paths lead to the same file.
+pub fn refuse_overwriting(input: &Path, output: &Path) -> Result<()> {
+    match (input.canonicalize(), output.canonicalize()) {
+        (Ok(from), Ok(to)) if from == to => Err(Error::Options {
+            what: format!("{} would be overwritten: choose another output", input.display()),
+        }),
+        _ => Ok(()),
+    }
+}
+
 /// Writes files whole or not at all: each goes to a temporary name first, and none gets its own
 /// before all are there.
 ///
