@@ -6,14 +6,15 @@ use std::path::Path;
 use anyhow::{Result, anyhow, bail};
 
 use seamwise::bake::{self, Input};
-use seamwise::evaluate::load::{TextureCache, load};
 use seamwise::evaluate::Reference;
+use seamwise::evaluate::load::{TextureCache, load};
 use seamwise::progress::Progress;
 use seamwise::read::read;
+use seamwise::repair::repair_file;
 use seamwise::report::{CandidateReport, EvaluateReport, ReferenceReport};
 use seamwise::write::write_files;
 
-use crate::cli::{BakeArgs, EvaluateArgs};
+use crate::cli::{BakeArgs, EvaluateArgs, RepairArgs};
 
 /// Bakes each input; one that fails does not stop the others.
 pub(crate) fn bake(args: &BakeArgs, quiet: bool, progress: &Progress) -> Result<usize> {
@@ -46,6 +47,13 @@ fn name(input: Input<'_>) -> String {
         Input::File(path) => path.display().to_string(),
         Input::Bytes(_, name) => name.to_owned(),
     }
+}
+
+/// Repairs one file.
+pub(crate) fn repair(args: &RepairArgs, quiet: bool) -> Result<usize> {
+    let report = repair_file(&args.input, &args.output, &args.resolve())?;
+    say(quiet, &report.to_table())?;
+    Ok(0)
 }
 
 /// Compares each candidate with the reference; one that can't be compared does not stop the
