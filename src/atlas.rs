@@ -3,7 +3,7 @@
 use glam::{Affine2, Vec2};
 use image::DynamicImage;
 use rayon::prelude::*;
-use seamwise_texture::{Role, Validity, Wrap, repair};
+use seamwise_texture::{MipReads, Outcome, Role, Validity, Wrap, count_reads, repair};
 use serde_json::Value;
 
 use crate::asset::{Asset, EncodedImage};
@@ -21,14 +21,14 @@ pub struct Atlas {
     pub role: Role,
     /// How it is read beyond its edges.
     pub wrap: [Wrap; 2],
-    /// The surfaces that wear it.
-    pub charts: Vec<Charts>,
+    /// Of all surfaces that wear it.
+    pub charts: Charts,
     /// Whether points or lines wear it too, of which no chart tells.
     pub beyond_charts: bool,
 }
 
-/// The UV triangles of one primitive.
-#[derive(Clone, Debug, PartialEq)]
+/// UV triangles.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Charts {
     /// One per vertex, after the texture's own transform.
     pub uvs: Vec<Vec2>,
@@ -41,6 +41,11 @@ pub struct Charts {
 /// # Errors
 /// [`Error::Invalid`] or [`Error::Unsupported`] with the place in the document.
 pub fn atlases(asset: &Asset) -> Result<Vec<Atlas>> {
+    Ok(atlas_of_each(asset)?.into_iter().flatten().collect())
+}
+
+/// One per image; `None` if nothing wears it.
+fn atlas_of_each(asset: &Asset) -> Result<Vec<Option<Atlas>>> {
     let materials: Vec<Vec<TextureSlot>> =
         (0..asset.count("materials")).map(|m| slots(asset, m)).collect::<Result<_>>()?;
     let mut atlases: Vec<Option<Atlas>> = vec![None; asset.count("images")];
@@ -49,7 +54,7 @@ pub fn atlases(asset: &Asset) -> Result<Vec<Atlas>> {
             add_primitive(asset, &primitive, &materials, &mut atlases)?;
         }
     }
-    Ok(atlases.into_iter().flatten().collect())
+    Ok(atlases)
 }
 
 fn add_primitive(
@@ -66,14 +71,15 @@ fn add_primitive(
             image: slot.image,
             role: slot.role,
             wrap: slot.wrap,
-            charts: Vec::new(),
+            charts: Charts::default(),
             beyond_charts: false,
         });
         atlas.role = main_role(atlas.role, slot.role);
         atlas.beyond_charts |= !primitive.is_surface();
         let reading = (slot.image, slot.uv_set, slot.transform);
         if primitive.is_surface() && !seen.contains(&reading) {
-            atlas.charts.extend(read_charts(asset, primitive, slot)?);
+            let charts = Charts::read(asset, primitive, slot.uv_set, slot.transform)?;
+            charts.into_iter().for_each(|charts| atlas.charts.append(charts));
             seen.push(reading);
         }
     }
@@ -97,94 +103,211 @@ fn variants(asset: &Asset, primitive: &Primitive) -> Result<Vec<usize>> {
     (0..mappings).filter_map(|mapping| material(mapping).transpose()).collect()
 }
 
-fn read_charts(asset: &Asset, primitive: &Primitive, slot: &TextureSlot) -> Result<Option<Charts>> {
-    let vertices = primitive.positions(asset)?.len();
-    let name = format!("TEXCOORD_{}", slot.uv_set);
-    let Some(uvs) = primitive.floats(asset, &name, 2, vertices)? else {
-        return Ok(None);
-    };
-    let uvs =
-        uvs.as_chunks().0.iter().map(|&uv| slot.transform.transform_point2(Vec2::from_array(uv)));
-    let triangles = primitive.triangles(asset, vertices)?;
-    Ok(Some(Charts { uvs: uvs.collect(), triangles }))
+impl Charts {
+    /// The charts of a primitive in a UV set, moved by `transform`; `None` if it lacks the set.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] if positions, UVs or indices are malformed.
+    pub fn read(
+        asset: &Asset,
+        primitive: &Primitive,
+        uv_set: usize,
+        transform: Affine2,
+    ) -> Result<Option<Self>> {
+        let vertices = primitive.positions(asset)?.len();
+        let name = format!("TEXCOORD_{uv_set}");
+        let Some(uvs) = primitive.floats(asset, &name, 2, vertices)? else {
+            return Ok(None);
+        };
+        let uvs =
+            uvs.as_chunks().0.iter().map(|&uv| transform.transform_point2(Vec2::from_array(uv)));
+        let triangles = primitive.triangles(asset, vertices)?;
+        Ok(Some(Self { uvs: uvs.collect(), triangles }))
+    }
+
+    /// Adds the charts of another primitive, which share no UVs with those here.
+    pub fn append(&mut self, other: Self) {
+        let first = self.uvs.len() as u32;
+        self.uvs.extend(other.uvs);
+        self.triangles.extend(other.triangles.iter().map(|uvs| uvs.map(|uv| first + uv)));
+    }
 }
 
 impl Atlas {
-    /// All charts as one list of triangles.
-    pub fn joined_charts(&self) -> Charts {
-        let mut joined = Charts { uvs: Vec::new(), triangles: Vec::new() };
-        for charts in &self.charts {
-            let first = joined.uvs.len() as u32;
-            joined.uvs.extend(&charts.uvs);
-            joined.triangles.extend(charts.triangles.iter().map(|t| t.map(|uv| uv + first)));
-        }
-        joined
-    }
-
     /// Which texels of a `width` × `height` image the charts cover.
     pub fn validity(&self, width: usize, height: usize) -> Validity {
-        let charts = self.joined_charts();
-        Validity::from_charts(width, height, self.wrap, &charts.uvs, &charts.triangles)
+        let Charts { uvs, triangles } = &self.charts;
+        Validity::from_charts(width, height, self.wrap, uvs, triangles)
     }
 }
 
-/// What the repair did to one image.
+/// What became of one image of an asset.
 #[derive(Clone, Debug)]
-pub struct Repaired {
+pub struct ImageRepair {
     /// The image.
     pub image: usize,
-    /// Its texels, repaired.
-    pub texels: DynamicImage,
-    /// How many texels the charts cover.
-    pub covered: usize,
-    /// How many were filled.
-    pub filled: usize,
+    /// What its texels mean, if a primitive wears it.
+    pub role: Option<Role>,
+    /// The repair, or why there was none.
+    pub result: std::result::Result<Repaired, LeftAlone>,
 }
 
-/// Repairs every atlas of an asset whose charts leave texels uncovered. Images that no surface
-/// wears, that points or lines wear too, or that are covered whole are left alone.
+/// An image after its repair.
+#[derive(Clone, Debug)]
+pub struct Repaired {
+    /// Its texels.
+    pub texels: DynamicImage,
+    /// Which of them came from the file.
+    pub validity: Validity,
+    /// What was done to the others.
+    pub outcome: Outcome,
+    atlas: Atlas,
+}
+
+impl Repaired {
+    /// What filtering inside the charts read before the repair, at each mip level.
+    pub fn reads(&self) -> Vec<MipReads> {
+        let Charts { uvs, triangles } = &self.atlas.charts;
+        count_reads(&self.validity, self.atlas.wrap, uvs, triangles)
+    }
+}
+
+/// Why an image was not repaired.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum LeftAlone {
+    /// Not even points or lines use it.
+    #[error("nothing wears it")]
+    NotWorn,
+    /// No chart tells which texels those read.
+    #[error("points or lines wear it")]
+    BeyondCharts,
+    /// What wears it has no UVs, or UVs that are no triangle.
+    #[error("no chart covers any of it")]
+    NoChart,
+    /// There is no texel to fill.
+    #[error("charts cover all of it")]
+    Covered,
+}
+
+/// Repairs every image of an asset whose charts leave texels uncovered; one result per image.
 ///
 /// # Errors
 /// [`Error::Invalid`] if an image is damaged.
-pub fn repair_all(asset: &Asset) -> Result<Vec<Repaired>> {
-    let atlases = atlases(asset)?;
-    let repaired: Result<Vec<Option<Repaired>>> =
-        atlases.par_iter().map(|atlas| repair_one(asset, atlas)).collect();
-    Ok(repaired?.into_iter().flatten().collect())
+pub fn repair_all(asset: &Asset) -> Result<Vec<ImageRepair>> {
+    let repair = |(image, atlas): (usize, Option<Atlas>)| {
+        let role = atlas.as_ref().map(|atlas| atlas.role);
+        let result = match atlas {
+            Some(atlas) => repair_one(asset, atlas)?,
+            None => Err(LeftAlone::NotWorn),
+        };
+        Ok(ImageRepair { image, role, result })
+    };
+    atlas_of_each(asset)?.into_par_iter().enumerate().map(repair).collect()
 }
 
-fn repair_one(asset: &Asset, atlas: &Atlas) -> Result<Option<Repaired>> {
-    if atlas.beyond_charts || atlas.charts.is_empty() {
-        return Ok(None);
+fn repair_one(asset: &Asset, atlas: Atlas) -> Result<std::result::Result<Repaired, LeftAlone>> {
+    if atlas.beyond_charts {
+        return Ok(Err(LeftAlone::BeyondCharts));
     }
     let at = format!("/images/{}", atlas.image);
     let mut texels = decode(&asset.images[atlas.image], &at)?;
     let validity = atlas.validity(texels.width() as usize, texels.height() as usize);
-    if validity.valid() == 0 || validity.invalid() == 0 {
-        return Ok(None);
+    if validity.valid() == 0 {
+        return Ok(Err(LeftAlone::NoChart));
+    }
+    if validity.invalid() == 0 {
+        return Ok(Err(LeftAlone::Covered));
     }
     let outcome = repair(&mut texels, atlas.role, &validity, atlas.wrap)
         .map_err(|error| Error::invalid(&at, error.to_string()))?;
-    Ok(Some(Repaired {
-        image: atlas.image,
-        texels,
-        covered: validity.valid(),
-        filled: outcome.filled,
-    }))
+    Ok(Ok(Repaired { texels, validity, outcome, atlas }))
 }
 
 /// The asset's images with the repaired ones in their places, each in the format it came in.
 ///
 /// # Errors
 /// [`Error::Internal`] if an encoder refuses its texels.
-pub fn encode_repaired(asset: &Asset, repaired: &[Repaired]) -> Result<Vec<EncodedImage>> {
-    let mut images = asset.images.clone();
-    let encoded: Vec<EncodedImage> = repaired
-        .par_iter()
-        .map(|r| encode(&r.texels, asset.images[r.image].format))
-        .collect::<Result<_>>()?;
-    for (repaired, image) in repaired.iter().zip(encoded) {
-        images[repaired.image] = image;
+pub fn encode_repaired(asset: &Asset, repairs: &[ImageRepair]) -> Result<Vec<EncodedImage>> {
+    let finish = |(image, repair): (&EncodedImage, &ImageRepair)| match &repair.result {
+        Ok(repaired) => encode(&repaired.texels, image.format),
+        Err(_) => Ok(image.clone()),
+    };
+    asset.images.par_iter().zip(repairs).map(finish).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::asset::ImageFormat;
+    use serde_json::json;
+
+    /// A triangle over the lower left half of the unit square, and an image per material.
+    fn asset(primitives: &Value, materials: usize) -> Asset {
+        let floats: Vec<f32> = [[0.0, 0.0], [0.0, 1.0], [1.0, 1.0]].concat();
+        let positions = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].concat();
+        let bytes = floats.into_iter().chain(positions).flat_map(f32::to_le_bytes);
+        let texels = image::RgbImage::from_fn(8, 8, |x, y| {
+            image::Rgb(if x <= y { [9, 90, 200] } else { [0, 0, 0] })
+        });
+        let png = encode(&texels.into(), ImageFormat::Png).unwrap();
+        let material = |index| json!({"pbrMetallicRoughness": {"baseColorTexture": {"index": index, "texCoord": 0}}});
+        let json = json!({
+            "accessors": [
+                {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC2"},
+                {"bufferView": 1, "componentType": 5126, "count": 3, "type": "VEC3"},
+            ],
+            "bufferViews": [
+                {"buffer": 0, "byteLength": 24},
+                {"buffer": 0, "byteOffset": 24, "byteLength": 36},
+            ],
+            "meshes": [{"primitives": primitives}],
+            "materials": (0..materials).map(material).collect::<Vec<_>>(),
+            "textures": (0..materials).map(|index| json!({"source": index})).collect::<Vec<_>>(),
+            "images": vec![json!({}); materials],
+        });
+        Asset { json, buffers: vec![bytes.collect()], images: vec![png; materials] }
     }
-    Ok(images)
+
+    #[test]
+    fn each_image_is_repaired_or_left_alone_for_a_reason() {
+        let bare = json!({"POSITION": 1});
+        let worn = json!({"POSITION": 1, "TEXCOORD_0": 0});
+        let primitives = json!([
+            {"attributes": worn, "material": 0},
+            {"attributes": bare, "material": 1},
+            {"attributes": worn, "material": 2},
+            {"attributes": worn, "material": 2, "mode": 0},
+        ]);
+        let asset = asset(&primitives, 4);
+        let repairs = repair_all(&asset).unwrap();
+        let reasons: Vec<_> =
+            repairs.iter().map(|repair| repair.result.as_ref().err().copied()).collect();
+        let expected = [LeftAlone::NoChart, LeftAlone::BeyondCharts, LeftAlone::NotWorn];
+        assert_eq!(reasons[0], None);
+        assert_eq!(reasons[1..], expected.map(Some));
+        assert_eq!((repairs[0].role, repairs[3].role), (Some(Role::Color), None));
+
+        let repaired = repairs[0].result.as_ref().unwrap();
+        assert_eq!(repaired.outcome.filled, repaired.validity.invalid());
+        let reads = repaired.reads();
+        assert!(reads.len() == 4 && reads.iter().all(|mip| mip.invalid > 0));
+        let images = encode_repaired(&asset, &repairs).unwrap();
+        assert!(images[0] != asset.images[0] && images[1..] == asset.images[1..]);
+        let texels = decode(&images[0], "").unwrap().to_rgb8();
+        assert!(texels.pixels().all(|texel| texel.0 == [9, 90, 200]));
+    }
+
+    #[test]
+    fn charts_of_several_primitives_are_united() {
+        let quarter = |x: f32| Charts {
+            uvs: [[x, 0.0], [x, 1.0], [x + 0.25, 0.0], [x + 0.25, 1.0]].map(Vec2::from).to_vec(),
+            triangles: vec![[0, 1, 2], [2, 1, 3]],
+        };
+        let mut charts = quarter(0.0);
+        charts.append(quarter(0.5));
+        let wrap = [Wrap::Repeat; 2];
+        let atlas = Atlas { image: 0, role: Role::Color, wrap, charts, beyond_charts: false };
+        let flags = [true, false, true, false].repeat(2);
+        assert_eq!(atlas.validity(4, 2), Validity::from_flags(4, 2, flags));
+    }
 }

@@ -19,7 +19,7 @@ use crate::parts::level_parts;
 use crate::progress::Progress;
 use crate::read;
 use crate::report::{BakeReport, InputReport, LevelReport, Seconds, peak_memory};
-use crate::write::{to_glb, write_files};
+use crate::write::{refuse_overwriting, to_glb, write_files};
 
 /// Where an asset comes from.
 #[derive(Clone, Copy, Debug)]
@@ -50,6 +50,17 @@ impl Input<'_> {
         names.map(|name| folder.join(name)).collect()
     }
 
+    /// Makes sure that this input is not among the outputs.
+    ///
+    /// # Errors
+    /// [`Error::Options`] if it would be overwritten.
+    pub fn refuse_overwriting(&self, outputs: &[PathBuf]) -> Result<()> {
+        match self {
+            Self::File(path) => refuse_overwriting(path, outputs),
+            Self::Bytes(..) => Ok(()),
+        }
+    }
+
     fn read(&self) -> Result<Asset> {
         match self {
             Self::File(path) => read::read(path),
@@ -71,7 +82,7 @@ pub fn bake(
     progress: &Progress,
 ) -> Result<BakeReport> {
     let outputs = input.outputs(folder, options.targets.count());
-    refuse_overwriting(&[input], &outputs)?;
+    input.refuse_overwriting(&outputs)?;
     let mut clock = Clock::default();
     let asset = clock.time(|s| &mut s.read, || input.read())?;
     let geometries = clock.time(|s| &mut s.weld, || weld_all(&asset))?;
@@ -130,23 +141,6 @@ impl Clock {
         *stage(&mut self.seconds) += start.elapsed().as_secs_f64();
         result
     }
-}
-
-/// Makes sure that no input is among the outputs, whatever way its path is written.
-///
-/// # Errors
-/// [`Error::Options`] with the input that would be overwritten.
-pub fn refuse_overwriting(inputs: &[Input<'_>], outputs: &[PathBuf]) -> Result<()> {
-    let there: Vec<PathBuf> = outputs.iter().filter_map(|path| path.canonicalize().ok()).collect();
-    for input in inputs {
-        if let Input::File(path) = input
-            && path.canonicalize().is_ok_and(|path| there.contains(&path))
-        {
-            let what = format!("{} would be overwritten: choose another folder", path.display());
-            return Err(Error::Options { what });
-        }
-    }
-    Ok(())
 }
 
 fn weld_all(asset: &Asset) -> Result<Vec<Geometry>> {

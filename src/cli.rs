@@ -7,6 +7,8 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use seamwise::error::{Error, Result};
 use seamwise::evaluate;
 use seamwise::options::{BakeOptions, Targets, Textures};
+use seamwise::repair::{Background, MeshOptions, RepairOptions};
+use seamwise_texture::Role;
 
 /// Levels of detail for textured glTF that still look like the original, and atlases that do not
 /// bleed.
@@ -29,6 +31,8 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// Bake levels of detail, with the atlas repaired and the errors measured.
     Bake(BakeArgs),
+    /// Fill the texels around the charts of a texture atlas, so that its seams do not bleed.
+    Repair(RepairArgs),
     /// Say how far models are from a reference.
     Evaluate(EvaluateArgs),
     /// Say what an asset is made of, and where its atlases would bleed.
@@ -94,6 +98,76 @@ impl BakeArgs {
             },
             evaluate: (!self.no_evaluate).then(evaluate::Options::default),
         })
+    }
+}
+
+/// `seamwise repair`.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  \
+    seamwise repair scan.glb -o repaired.glb\n  \
+    seamwise repair atlas.png -o repaired.png --background '#ff00ff'\n  \
+    seamwise repair light.exr -o repaired.exr --mesh room.glb --uv-set 1 --mesh-name walls\n\n\
+    An asset knows which of its texels are used. For a picture, --mesh, --mask and --background\n\
+    tell; a texel must pass all that are given. Valid texels stay as they are, except in JPEGs,\n\
+    which are compressed anew. In an EXR, NaN and infinities are never valid.")]
+pub(crate) struct RepairArgs {
+    /// A .glb or .gltf, of which all images are repaired, or a .png, .jpg, .webp, .tif, .hdr or
+    /// .exr.
+    pub(crate) input: PathBuf,
+    /// The file to write: .glb for an asset, .exr for an .exr, else any format for pictures.
+    #[arg(long, short, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    /// The .glb or .gltf that wears the picture: texels in its UV triangles are valid.
+    #[arg(long, value_name = "FILE")]
+    mesh: Option<PathBuf>,
+    /// The mesh's UV set for the picture.
+    #[arg(long, default_value_t = 0, value_name = "N", requires = "mesh")]
+    uv_set: usize,
+    /// Only the meshes of this name, or that nodes of this name show; all if not given.
+    #[arg(long, value_name = "NAME", requires = "mesh")]
+    mesh_name: Option<String>,
+    /// A picture of the same size, bright where texels are valid.
+    #[arg(long, value_name = "FILE")]
+    mask: Option<PathBuf>,
+    /// Texels of this color around the charts are invalid: auto finds it, none looks for none;
+    /// auto if neither mesh nor mask is given.
+    #[arg(long, value_name = "auto|#rrggbb|none")]
+    background: Option<Background>,
+    /// What the texels mean; color if not given, and numbers as they are in an EXR.
+    #[arg(long, value_enum)]
+    role: Option<RoleName>,
+}
+
+/// `--role`.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum RoleName {
+    /// Colors: averaged in linear light.
+    Color,
+    /// A normal map: averaged as vectors.
+    Normal,
+    /// Anything else: averaged as stored.
+    Data,
+}
+
+impl RepairArgs {
+    /// What these arguments mean.
+    pub(crate) fn resolve(&self) -> RepairOptions {
+        let alone = self.mesh.is_none() && self.mask.is_none();
+        let default = if alone { Background::Auto } else { Background::None };
+        RepairOptions {
+            mesh: self.mesh.clone().map(|file| MeshOptions {
+                file,
+                uv_set: self.uv_set,
+                name: self.mesh_name.clone(),
+            }),
+            mask: self.mask.clone(),
+            background: self.background.unwrap_or(default),
+            role: self.role.map(|role| match role {
+                RoleName::Color => Role::Color,
+                RoleName::Normal => Role::Normal,
+                RoleName::Data => Role::Data,
+            }),
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Errors of the tool, by whose fault they are.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// What went wrong, and where.
 #[derive(Debug, thiserror::Error)]
@@ -45,6 +45,17 @@ impl Error {
     /// An [`Error::Invalid`].
     pub(crate) fn invalid(at: impl Into<String>, what: impl Into<String>) -> Self {
         Self::Invalid { what: what.into(), at: at.into() }
+    }
+
+    /// The same error, with the file it was found in.
+    pub(crate) fn in_file(self, path: &Path) -> Self {
+        let path = path.display();
+        match self {
+            Self::Invalid { what, at } => Self::Invalid { what, at: format!("{path}: {at}") },
+            Self::Unsupported { what } => Self::Unsupported { what: format!("{path}: {what}") },
+            Self::Options { what } => Self::Options { what: format!("{path}: {what}") },
+            other => other,
+        }
     }
 
     /// An [`Error::Io`].

@@ -10,9 +10,9 @@ use crate::asset::{EncodedImage, ImageFormat};
 use crate::error::{Error, Result};
 
 /// Most bytes that decoding one image may take: 16,384² texels of four bytes.
-const MOST_BYTES: u64 = 1 << 30;
+pub(crate) const MOST_BYTES: u64 = 1 << 30;
 /// Quality of the JPEGs we write; at 95 a second generation is hard to tell from the first.
-const JPEG_QUALITY: u8 = 95;
+pub(crate) const JPEG_QUALITY: u8 = 95;
 
 /// Decodes an image; `at` names it in errors.
 ///
@@ -32,7 +32,8 @@ pub fn decode(image: &EncodedImage, at: &str) -> Result<DynamicImage> {
     }
 }
 
-fn limits() -> Limits {
+/// The limit for decoders, so that a hostile file can't claim all memory.
+pub(crate) fn limits() -> Limits {
     let mut limits = Limits::no_limits();
     limits.max_alloc = Some(MOST_BYTES);
     limits

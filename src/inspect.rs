@@ -154,8 +154,7 @@ fn inspect_atlas(asset: &Asset, atlas: &Atlas) -> Result<AtlasReport> {
     let texels = decode(&asset.images[atlas.image], &format!("/images/{}", atlas.image))?;
     let (width, height) = (texels.width() as usize, texels.height() as usize);
     let validity = atlas.validity(width, height);
-    let charts = atlas.joined_charts();
-    let mips = count_reads(&validity, atlas.wrap, &charts.uvs, &charts.triangles);
+    let mips = count_reads(&validity, atlas.wrap, &atlas.charts.uvs, &atlas.charts.triangles);
     let report = |mip: MipReads| MipReport { read: mip.read, invalid: mip.invalid };
     Ok(AtlasReport {
         image: atlas.image,

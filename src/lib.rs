@@ -15,6 +15,7 @@
 //!   and emits every level from one descent.
 //! - [`atlas`] finds the texels that no chart covers, and `seamwise_texture` fills them.
 //! - [`levels`] puts levels into documents, [`write`](mod@write) documents into files.
+//! - [`repair`](mod@repair) fills the atlases of a file and leaves the rest as it is.
 //! - [`evaluate`] measures how far a level is from its source.
 //! - [`bake`](mod@bake) is the straight line through all of them.
 //!
@@ -46,6 +47,7 @@ pub mod parts;
 pub mod primitive;
 pub mod progress;
 pub mod read;
+pub mod repair;
 pub mod report;
 pub mod textures;
 pub mod write;

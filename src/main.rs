@@ -23,6 +23,7 @@ fn main() -> ExitCode {
     let progress = if cli.quiet { Progress::hidden() } else { Progress::terminal() };
     let result = match &cli.command {
         cli::Command::Bake(args) => run::bake(args, cli.quiet, &progress),
+        cli::Command::Repair(args) => run::repair(args, cli.quiet),
         cli::Command::Evaluate(args) => run::evaluate(args, cli.quiet),
         cli::Command::Inspect(args) => run::inspect(args, cli.quiet),
     };

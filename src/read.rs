@@ -31,7 +31,21 @@ const GLB_HEADERS: usize = 20;
 /// [`Error::Unsupported`] if the document requires an extension that this version lacks.
 pub fn read(path: &Path) -> Result<Asset> {
     let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
-    read_bytes(&bytes, path.parent().unwrap_or(Path::new("")))
+    read_bytes(&bytes, folder_of(path))
+}
+
+/// Reads an asset without its images, so that they may be missing or of any kind.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_geometry(path: &Path) -> Result<Asset> {
+    let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
+    read_document(&bytes, folder_of(path))
+}
+
+/// Where the files that a document names are.
+pub(crate) fn folder_of(path: &Path) -> &Path {
+    path.parent().unwrap_or(Path::new(""))
 }
 
 /// Reads an asset from the bytes of a .gltf or .glb; `folder` is where its other files are.
@@ -39,6 +53,16 @@ pub fn read(path: &Path) -> Result<Asset> {
 /// # Errors
 /// As [`read`].
 pub fn read_bytes(bytes: &[u8], folder: &Path) -> Result<Asset> {
+    let mut asset = read_document(bytes, folder)?;
+    for index in 0..asset.count("images") {
+        let image = read_image(&asset, index, folder)?;
+        asset.images.push(image);
+    }
+    Ok(asset)
+}
+
+/// Reads the document and its buffers.
+fn read_document(bytes: &[u8], folder: &Path) -> Result<Asset> {
     let (json, chunk) = if bytes.starts_with(b"glTF") {
         let invalid = |what: String| Error::invalid("the GLB container", what);
         if bytes.len() < GLB_HEADERS || length_of(bytes) < GLB_HEADERS {
@@ -60,10 +84,6 @@ pub fn read_bytes(bytes: &[u8], folder: &Path) -> Result<Asset> {
     for index in 0..asset.count("buffers") {
         let buffer = read_buffer(&asset, index, chunk.as_deref(), folder)?;
         asset.buffers.push(buffer);
-    }
-    for index in 0..asset.count("images") {
-        let image = read_image(&asset, index, folder)?;
-        asset.images.push(image);
     }
     Ok(asset)
 }

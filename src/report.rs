@@ -215,7 +215,7 @@ fn row(name: &str, triangles: usize, metrics: Option<&Metrics>) -> [String; COLU
 }
 
 /// Columns of equal width: the first to the left, figures to the right.
-fn align(rows: &[[String; COLUMNS]]) -> String {
+pub(crate) fn align<const COLUMNS: usize>(rows: &[[String; COLUMNS]]) -> String {
     let width =
         |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
     let widths: Vec<usize> = (0..COLUMNS).map(width).collect();

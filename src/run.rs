@@ -16,10 +16,11 @@ use seamwise::images::encode;
 use seamwise::inspect;
 use seamwise::progress::Progress;
 use seamwise::read::read;
+use seamwise::repair::repair_file;
 use seamwise::report::{CandidateReport, EvaluateReport, ReferenceReport};
 use seamwise::write::write_files;
 
-use crate::cli::{BakeArgs, EvaluateArgs, InspectArgs};
+use crate::cli::{BakeArgs, EvaluateArgs, InspectArgs, RepairArgs};
 
 /// Bakes each input; one that fails does not stop the others.
 pub(crate) fn bake(args: &BakeArgs, quiet: bool, progress: &Progress) -> Result<usize> {
@@ -54,7 +55,7 @@ fn refuse_collisions(inputs: &[Input<'_>], folder: &Path, levels: usize) -> Resu
         }
         outputs.extend(own);
     }
-    Ok(bake::refuse_overwriting(inputs, &outputs)?)
+    Ok(inputs.iter().try_for_each(|input| input.refuse_overwriting(&outputs))?)
 }
 
 fn name(input: Input<'_>) -> String {
@@ -62,6 +63,13 @@ fn name(input: Input<'_>) -> String {
         Input::File(path) => path.display().to_string(),
         Input::Bytes(_, name) => name.to_owned(),
     }
+}
+
+/// Repairs one file.
+pub(crate) fn repair(args: &RepairArgs, quiet: bool) -> Result<usize> {
+    let report = repair_file(&args.input, &args.output, &args.resolve())?;
+    say(quiet, &report.to_table())?;
+    Ok(0)
 }
 
 /// Compares each candidate with the reference; one that can't be compared does not stop the

@@ -33,6 +33,21 @@ pub fn to_glb(asset: &Asset) -> Result<Vec<u8>> {
     glb.to_vec().map_err(|error| Error::Internal { what: error.to_string() })
 }
 
+/// Refuses to write over a file that was read, whatever way its path is written.
+///
+/// # Errors
+/// [`Error::Options`] if one of the outputs leads to the input.
+pub fn refuse_overwriting(input: &Path, outputs: &[PathBuf]) -> Result<()> {
+    let Ok(own) = input.canonicalize() else {
+        return Ok(());
+    };
+    if outputs.iter().any(|output| output.canonicalize().is_ok_and(|path| path == own)) {
+        let what = format!("{} would be overwritten: choose another output", input.display());
+        return Err(Error::Options { what });
+    }
+    Ok(())
+}
+
 /// Writes files whole or not at all: each goes to a temporary name first, and none gets its own
 /// before all are there.
 ///

@@ -13,7 +13,8 @@ use common::{Baked, shapes, unmeasured};
 use image::{Rgb, RgbImage};
 use seamwise::evaluate::camera::Rig;
 use seamwise::evaluate::load::{TextureCache, load};
-use seamwise::evaluate::render::{Mode, render_views};
+use seamwise::evaluate::render::render_views;
+use seamwise::evaluate::scene::Mode;
 use serde_json::json;
 
 /// Most mean absolute difference over all texels and channels, in steps of 8 bits. Another

@@ -98,6 +98,17 @@ impl Validity {
         }
     }
 
+    /// Keeps only what is valid in another mask too.
+    ///
+    /// # Panics
+    /// If the sizes differ.
+    pub fn intersect(&mut self, other: &Self) {
+        assert_eq!((self.width, self.height), (other.width, other.height), "sizes of masks differ");
+        for (mine, theirs) in self.mask.iter_mut().zip(&other.mask) {
+            *mine &= theirs;
+        }
+    }
+
     /// Width in texels.
     #[inline]
     pub fn width(&self) -> usize {
@@ -209,10 +220,12 @@ mod tests {
     }
 
     #[test]
-    fn union_keeps_what_either_mesh_reaches() {
+    fn union_keeps_what_either_mask_has_and_intersection_what_both_have() {
         let mut one = Validity::from_flags(3, 1, vec![true, false, false]);
         one.union(&Validity::from_flags(3, 1, vec![false, false, true]));
         assert_eq!(drawn(&one), ["#.#"]);
+        one.intersect(&Validity::from_flags(3, 1, vec![true, true, false]));
+        assert_eq!(drawn(&one), ["#.."]);
     }
 
     #[test]

@@ -1,0 +1,263 @@
+//! The repair of an OpenEXR file, a lightmap most often: all layers and channels.
+//!
+//! Channels are filled as the numbers they are, in linear f32, whatever they mean: light needs no
+//! decoding. The channels R, G and B of a layer, or of a part of it that shares a prefix
+//! (`diffuse.R`), are filled together: a texel with a NaN or an infinity in one of them is invalid
+//! in all. Any other channel, alpha or depth, is filled on its own. Channels of integers, which
+//! number things, are left as they are.
+//!
+//! Guaranteed: no NaN or infinity is left in a channel that has one valid sample; valid samples
+//! keep their bits, f16 or f32.
+
+use exr::prelude::{AnyChannels, FlatSamples, Layer, SampleType, Vec2, f16};
+use image::{DynamicImage, Rgb32FImage};
+use seamwise_texture::{Outcome, Part, Plane, Role, Validity, fill_holes};
+
+use super::exr_file::{Channel, decode, encode, sample_type};
+use super::report::{ImageReport, RepairReport};
+use super::sources::Sources;
+use super::{Job, WRAP};
+use crate::error::{Error, Result};
+
+type AnyLayer = Layer<AnyChannels<FlatSamples>>;
+
+impl Job<'_> {
+    pub(super) fn exr(&self, bytes: &[u8]) -> Result<(Vec<u8>, RepairReport)> {
+        self.expect_extension("exr")?;
+        if self.options.role == Some(Role::Normal) {
+            let what = format!("{}: an EXR in the role of a normal map", self.input.display());
+            return Err(Error::Unsupported { what });
+        }
+        let sources = Sources::read(self.options)?;
+        let mut image = decode(bytes).map_err(|error| error.in_file(self.input))?;
+        let (mut images, mut told) = (Vec::new(), false);
+        for layer in &mut image.layer_data {
+            let report = self.layer(layer, &sources, &mut told)?;
+            images.push(report);
+        }
+        if !told {
+            return Err(self.nothing_tells());
+        }
+        let file = encode(image).map_err(|error| Error::Internal { what: error.to_string() })?;
+        Ok((file, RepairReport { images }))
+    }
+
+    /// Repairs a layer; `told` becomes true if something tells which of its texels are valid.
+    fn layer(
+        &self,
+        layer: &mut AnyLayer,
+        sources: &Sources,
+        told: &mut bool,
+    ) -> Result<ImageReport> {
+        let name = match &layer.attributes.layer_name {
+            Some(name) => name.to_string(),
+            None => self.input.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+        };
+        let mut report = ImageReport { name, role: Some(Role::Data), ..ImageReport::default() };
+        if layer.channel_data.list.iter().all(is_integer) {
+            report.left_alone = Some("its channels are integers".to_owned());
+            return Ok(report);
+        }
+        let Vec2(width, height) = layer.size;
+        let tested = sources.validity([width, height], picture(layer).as_ref(), 0.0)?;
+        *told |= tested.is_some();
+        let all = || Validity::from_flags(width, height, vec![true; width * height]);
+        let validity = tested.unwrap_or_else(all);
+        if validity.valid() == 0 {
+            return Err(self.nothing_valid());
+        }
+        let (trusted, outcome) = fill_layer(layer, &validity);
+        *told |= trusted.invalid() > 0;
+        report.add_outcome(&trusted, outcome, sources.reads(&trusted));
+        Ok(report)
+    }
+}
+
+fn is_integer(channel: &Channel) -> bool {
+    sample_type(channel) == SampleType::U32
+}
+
+/// Channels that are filled together, as indices into the layer's.
+fn groups(channels: &[Channel]) -> Vec<Vec<usize>> {
+    let mut groups: Vec<(Option<String>, Vec<usize>)> = Vec::new();
+    for (index, channel) in channels.iter().enumerate().filter(|(_, channel)| !is_integer(channel))
+    {
+        let name = channel.name.to_string();
+        let (prefix, own) = name.rsplit_once('.').unwrap_or(("", &name));
+        let color = matches!(own, "R" | "G" | "B").then(|| prefix.to_owned());
+        match groups.iter_mut().find(|(known, _)| color.is_some() && *known == color) {
+            Some((_, group)) => group.push(index),
+            None => groups.push((color, vec![index])),
+        }
+    }
+    groups.into_iter().map(|(_, group)| group).collect()
+}
+
+/// The layer as a picture, to look for its background: its first three color channels, or its only
+/// one of floats thrice.
+fn picture(layer: &AnyLayer) -> Option<DynamicImage> {
+    let channels = &layer.channel_data.list;
+    let groups = groups(channels);
+    let group = groups.iter().find(|group| group.len() == 3);
+    // Channels are in the order of their names: B, G, R.
+    let [b, g, r] = match (group, groups.as_slice()) {
+        (Some(group), _) => [group[0], group[1], group[2]],
+        (None, [only]) => [only[0]; 3],
+        _ => return None,
+    };
+    let sample = |channel: usize, texel| channels[channel].sample_data.value_by_flat_index(texel);
+    let texel = |texel| [r, g, b].map(|channel| sample(channel, texel).to_f32());
+    let samples = (0..layer.size.area()).flat_map(texel).collect();
+    let size = [layer.size.0, layer.size.1].map(|size| size as u32);
+    Rgb32FImage::from_raw(size[0], size[1], samples).map(DynamicImage::ImageRgb32F)
+}
+
+/// Fills a layer; returns which texels were valid and finite in all channels of floats.
+fn fill_layer(layer: &mut AnyLayer, validity: &Validity) -> (Validity, Outcome) {
+    let size @ [width, height] = [validity.width(), validity.height()];
+    let mut trusted = validity.flags().to_vec();
+    let mut remaining = vec![false; trusted.len()];
+    let channels = &mut layer.channel_data.list;
+    for group in groups(channels) {
+        let parts = parts(channels, &group, validity);
+        let filled = fill_group(channels, &group, size, &parts);
+        for (texel, _) in parts.iter().enumerate().filter(|(_, part)| **part == Part::Hole) {
+            trusted[texel] = false;
+            remaining[texel] |= !filled;
+        }
+    }
+    let remaining = remaining.into_iter().filter(|&remains| remains).count();
+    let trusted = Validity::from_flags(width, height, trusted);
+    let filled = trusted.invalid() - remaining;
+    (trusted, Outcome { filled, remaining })
+}
+
+fn parts(channels: &[Channel], group: &[usize], validity: &Validity) -> Vec<Part> {
+    let finite = |texel: usize| {
+        group.iter().all(|&channel| match &channels[channel].sample_data {
+            FlatSamples::F16(samples) => samples[texel].is_finite(),
+            FlatSamples::F32(samples) => samples[texel].is_finite(),
+            FlatSamples::U32(_) => true,
+        })
+    };
+    let part = |(texel, &valid): (usize, &bool)| {
+        if valid && finite(texel) { Part::Source } else { Part::Hole }
+    };
+    validity.flags().iter().enumerate().map(part).collect()
+}
+
+/// Fills the holes of a group; false if it has no sources.
+fn fill_group(
+    channels: &mut [Channel],
+    group: &[usize],
+    [width, height]: [usize; 2],
+    parts: &[Part],
+) -> bool {
+    let mut plane = Plane::new(width, height, group.len());
+    for (&channel, offset) in group.iter().zip(0..) {
+        let texels = plane.data_mut().chunks_exact_mut(group.len()).zip(parts).enumerate();
+        for (texel, (values, _)) in texels.filter(|(_, (_, part))| **part == Part::Source) {
+            values[offset] = channels[channel].sample_data.value_by_flat_index(texel).to_f32();
+        }
+    }
+    if !fill_holes(&mut plane, parts, WRAP) {
+        return false;
+    }
+    for (&channel, offset) in group.iter().zip(0..) {
+        let texels = plane.data().chunks_exact(group.len()).zip(parts).enumerate();
+        for (texel, (values, _)) in texels.filter(|(_, (_, part))| **part == Part::Hole) {
+            match &mut channels[channel].sample_data {
+                FlatSamples::F16(samples) => samples[texel] = f16::from_f32(values[offset]),
+                FlatSamples::F32(samples) => samples[texel] = values[offset],
+                FlatSamples::U32(_) => {}
+            }
+        }
+    }
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::repair::exr_file::tests::{SIZE, sample};
+    use crate::repair::{Background, RepairOptions, repair_file};
+    use exr::prelude::{Compression, FlatImage};
+    use std::path::Path;
+
+    fn repair(image: FlatImage, options: &RepairOptions, folder: &Path) -> Result<Vec<u8>> {
+        let [input, output] = ["in.exr", "out.exr"].map(|name| folder.join(name));
+        let bytes = encode(image).unwrap();
+        std::fs::write(&input, bytes).unwrap();
+        repair_file(&input, &output, options)?;
+        Ok(std::fs::read(output).unwrap())
+    }
+
+    fn masked(folder: &Path, size: u32) -> RepairOptions {
+        let mask = folder.join("mask.png");
+        // Texels of columns 0 and 11 are invalid.
+        let luma = |x| image::Luma([if x % 11 == 0 { 0u8 } else { 255 }]);
+        image::GrayImage::from_fn(size, size, |x, _| luma(x)).save(&mask).unwrap();
+        RepairOptions { mask: Some(mask), background: Background::None, ..Default::default() }
+    }
+
+    fn bits(channel: &Channel) -> Vec<u32> {
+        match &channel.sample_data {
+            FlatSamples::F16(samples) => samples.iter().map(|s| s.to_bits().into()).collect(),
+            FlatSamples::F32(samples) => samples.iter().map(|s| s.to_bits()).collect(),
+            FlatSamples::U32(samples) => samples.clone(),
+        }
+    }
+
+    #[test]
+    fn valid_samples_keep_their_bits_and_all_others_become_finite() {
+        let folder = tempfile::tempdir().unwrap();
+        let before = sample();
+        let file =
+            repair(before.clone(), &masked(folder.path(), SIZE as u32), folder.path()).unwrap();
+        let after = decode(&file).unwrap();
+        for (before, after) in before.layer_data.iter().zip(&after.layer_data) {
+            assert_eq!(before.attributes, after.attributes);
+            for (before, after) in before.channel_data.list.iter().zip(&after.channel_data.list) {
+                assert_eq!((&before.name, sample_type(before)), (&after.name, sample_type(after)));
+                assert!(after.sample_data.values_as_f32().all(f32::is_finite), "{}", after.name);
+                let name = before.name.to_string();
+                for (texel, (before, after)) in bits(before).iter().zip(bits(after)).enumerate() {
+                    let invalid = [0, 11].contains(&(texel % SIZE))
+                        || (texel == 50 && ["R", "G", "B"].contains(&name.as_str()))
+                        || (texel == 51 && name == "Z");
+                    assert!(name == "id" || invalid == (*before != after) || name == "A");
+                    assert!(name != "id" || *before == after);
+                }
+            }
+        }
+        let compression = |layer: usize| after.layer_data[layer].encoding.compression;
+        assert_eq!([compression(0), compression(1)], [Compression::PIZ, Compression::ZIP16]);
+    }
+
+    #[test]
+    fn without_a_mask_what_is_no_number_is_filled() {
+        let folder = tempfile::tempdir().unwrap();
+        let none = RepairOptions { background: Background::None, ..Default::default() };
+        let mut before = sample();
+        for channel in &mut before.layer_data[1].channel_data.list {
+            // Nothing to repair in one layer is no reason to leave the other.
+            channel.sample_data = FlatSamples::F32(vec![2.0; SIZE * SIZE]);
+        }
+        let after = decode(&repair(before, &none, folder.path()).unwrap()).unwrap();
+        let filled = &after.layer_data[0].channel_data.list[2];
+        let value = filled.sample_data.value_by_flat_index(50).to_f32();
+        assert!((value - 100.0 / 7.0).abs() < 0.5, "{}: {value}", filled.name);
+        let error = repair(after, &none, folder.path()).unwrap_err();
+        assert!(matches!(error, Error::Options { .. }), "{error}");
+    }
+
+    #[test]
+    fn what_does_not_fit_is_an_error() {
+        let folder = tempfile::tempdir().unwrap();
+        let other = masked(folder.path(), SIZE as u32 + 1);
+        let error = repair(sample(), &other, folder.path()).unwrap_err().to_string();
+        assert!(error.contains("mask.png"), "{error}");
+        let normal = RepairOptions { role: Some(Role::Normal), ..other };
+        assert!(repair(sample(), &normal, folder.path()).is_err());
+    }
+}

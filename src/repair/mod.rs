@@ -1,0 +1,241 @@
+//! The repair of a file: every texel that may not be trusted is filled, everything else stays.
+//!
+//! A glTF asset knows which of its texels surfaces wear, and how its samplers read them: see
+//! [`atlas`](crate::atlas). A picture on its own does not. For it, [`RepairOptions`] names what
+//! tells: a mesh, a painted mask, the color of the background. Given several, a texel must pass all
+//! of them. A picture's sampler is not known either: it is taken to repeat, as glTF's default does.
+//!
+//! Guaranteed: valid texels of PNG, WebP, TIFF, HDR and EXR files keep their values, in EXR files
+//! to the bit. Not guaranteed: the same of JPEGs, which are compressed anew; and what an image file
+//! holds beside its texels and its ICC profile (text, dates, resolution) is lost, but for EXR
+//! attributes.
+
+mod exr_file;
+mod layers;
+mod picture;
+mod report;
+mod sources;
+
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use image::ImageFormat;
+use seamwise_texture::{Role, Wrap};
+use serde_json::Value;
+
+use crate::asset::Asset;
+use crate::atlas::{ImageRepair, encode_repaired, repair_all};
+use crate::error::{Error, Result};
+use crate::read::{folder_of, read_bytes};
+use crate::write::{refuse_overwriting, to_glb, write_files};
+
+pub use report::{ImageReport, RepairReport};
+
+/// How a picture is read beyond its edges, as nothing tells otherwise.
+const WRAP: [Wrap; 2] = [Wrap::Repeat; 2];
+
+/// What tells the valid texels of a picture, and what they mean. An asset knows both by itself.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RepairOptions {
+    /// A mesh that wears the picture.
+    pub mesh: Option<MeshOptions>,
+    /// A picture of the same size that is bright (luma above one half) where texels are valid.
+    pub mask: Option<PathBuf>,
+    /// The color around the charts.
+    pub background: Background,
+    /// What the texels mean; [`Role::Color`] if not given. An EXR's channels are filled as they are
+    /// stored, whatever they mean.
+    pub role: Option<Role>,
+}
+
+/// The mesh that wears a picture: all triangle primitives of a glTF file, wherever its nodes put
+/// them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MeshOptions {
+    /// The .glb or .gltf file.
+    pub file: PathBuf,
+    /// The UV set that lays the charts out, read without `KHR_texture_transform`.
+    pub uv_set: usize,
+    /// Only meshes of this name, or that a node of this name shows. Where each mesh of a file has a
+    /// picture of its own, as with lightmaps, their charts overlap, and one must be chosen.
+    pub name: Option<String>,
+}
+
+/// Whether texels of a background color are invalid.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Background {
+    /// If the picture seems to have one, that; see [`seamwise_texture::detect_background`].
+    #[default]
+    Auto,
+    /// Texels of this color: RGBA as stored, 0…1.
+    Color([f32; 4]),
+    /// The color says nothing.
+    None,
+}
+
+impl FromStr for Background {
+    type Err = Error;
+
+    /// Reads `auto`, `none`, `#rrggbb` (opaque) or `#rrggbbaa`.
+    fn from_str(text: &str) -> Result<Self> {
+        let color = || {
+            let digits = text
+                .strip_prefix('#')
+                .filter(|digits| digits.bytes().all(|b| b.is_ascii_hexdigit()))?;
+            let byte = |at: usize| u8::from_str_radix(digits.get(at..at + 2)?, 16).ok();
+            let alpha = match digits.len() {
+                6 => 255,
+                8 => byte(6)?,
+                _ => return None,
+            };
+            Some([byte(0)?, byte(2)?, byte(4)?, alpha].map(|byte| f32::from(byte) / 255.0))
+        };
+        match text {
+            "auto" => Ok(Self::Auto),
+            "none" => Ok(Self::None),
+            _ => color().map(Self::Color).ok_or_else(|| Error::Options {
+                what: format!("{text} is neither auto, none nor a color like #ff00ff"),
+            }),
+        }
+    }
+}
+
+/// What a file is, whatever it is called.
+enum Kind {
+    Asset,
+    Exr,
+    Picture(ImageFormat),
+}
+
+impl Kind {
+    fn of(path: &Path, bytes: &[u8]) -> Result<Self> {
+        let named = |extension: &str| {
+            path.extension().is_some_and(|own| own.eq_ignore_ascii_case(extension))
+        };
+        if bytes.starts_with(b"glTF") || named("gltf") || named("glb") {
+            return Ok(Self::Asset);
+        }
+        if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
+            return Ok(Self::Exr);
+        }
+        match image::guess_format(bytes).ok().filter(ImageFormat::reading_enabled) {
+            Some(format) => Ok(Self::Picture(format)),
+            None => Err(Error::Unsupported { what: format!("{}: such a file", path.display()) }),
+        }
+    }
+}
+
+/// Repairs the file `input` and writes the result to `output`: an asset with all its images, as
+/// .glb; an .exr with all its layers; or a picture, in the format of `output`'s extension.
+///
+/// # Errors
+/// [`Error::Io`], [`Error::Invalid`] or [`Error::Unsupported`] if a file can't be read or written,
+/// with its name; [`Error::Options`] if `output` is one of the files read or of another kind, or
+/// if nothing tells which texels are valid.
+pub fn repair_file(input: &Path, output: &Path, options: &RepairOptions) -> Result<RepairReport> {
+    let mesh = options.mesh.as_ref().map(|mesh| mesh.file.as_path());
+    for read in [Some(input), mesh, options.mask.as_deref()].into_iter().flatten() {
+        refuse_overwriting(read, &[output.to_owned()])?;
+    }
+    let bytes = std::fs::read(input).map_err(|error| Error::io(input, error))?;
+    let job = Job { input, output, options };
+    let (file, report) = match Kind::of(input, &bytes)? {
+        Kind::Asset => job.asset(&bytes)?,
+        Kind::Exr => job.exr(&bytes)?,
+        Kind::Picture(format) => job.picture(&bytes, format)?,
+    };
+    write_files(&[(output.to_owned(), file)])?;
+    Ok(report)
+}
+
+/// From one file to another.
+#[derive(Clone, Copy)]
+struct Job<'a> {
+    input: &'a Path,
+    output: &'a Path,
+    options: &'a RepairOptions,
+}
+
+impl Job<'_> {
+    /// Checks that the output's name says what it will be.
+    fn expect_extension(&self, extension: &str) -> Result<()> {
+        if self.output.extension().is_some_and(|own| own.eq_ignore_ascii_case(extension)) {
+            return Ok(());
+        }
+        let [input, output] = [self.input, self.output].map(Path::display);
+        let what = format!("{output}: {input} is repaired to a .{extension} file");
+        Err(Error::Options { what })
+    }
+
+    fn asset(&self, bytes: &[u8]) -> Result<(Vec<u8>, RepairReport)> {
+        self.expect_extension("glb")?;
+        if *self.options != RepairOptions::default() {
+            let what = "mesh, mask, background and role are for pictures: an asset has its own";
+            return Err(Error::Options { what: format!("{}: {what}", self.input.display()) });
+        }
+        let run = || {
+            let asset = read_bytes(bytes, folder_of(self.input))?;
+            let repairs = repair_all(&asset)?;
+            let images = encode_repaired(&asset, &repairs)?;
+            let report = repairs.iter().map(|repair| asset_image(&asset, repair)).collect();
+            let glb = to_glb(&Asset { images, ..asset })?;
+            Ok((glb, RepairReport { images: report }))
+        };
+        run().map_err(|error: Error| error.in_file(self.input))
+    }
+}
+
+/// The report of an image of an asset, which is called by its place and its name.
+fn asset_image(asset: &Asset, repair: &ImageRepair) -> ImageReport {
+    let at = format!("/images/{}", repair.image);
+    let field = |key: &str| asset.json.pointer(&at)?.get(key).and_then(Value::as_str);
+    let uri = || field("uri").filter(|uri| !uri.starts_with("data:"));
+    let name = field("name").or_else(uri).unwrap_or_default();
+    let mut report = ImageReport {
+        name: format!("{} {name}", repair.image).trim_end().to_owned(),
+        role: repair.role,
+        ..ImageReport::default()
+    };
+    match &repair.result {
+        Ok(repaired) => report.add_outcome(&repaired.validity, repaired.outcome, repaired.reads()),
+        Err(reason) => report.left_alone = Some(reason.to_string()),
+    }
+    report
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_background_is_read_as_it_is_typed() {
+        let read = |text: &str| text.parse::<Background>();
+        assert_eq!(read("auto").unwrap(), Background::Auto);
+        assert_eq!(read("none").unwrap(), Background::None);
+        assert_eq!(read("#FF0033").unwrap(), Background::Color([1.0, 0.0, 0.2, 1.0]));
+        assert_eq!(read("#ff003300").unwrap(), Background::Color([1.0, 0.0, 0.2, 0.0]));
+        for text in ["", "#", "ff00ff", "#ff00f", "#ff00ff0", "#gg00ff", "#äöü", "#+1+1+1"] {
+            assert!(read(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn no_input_is_overwritten_and_no_output_is_called_what_it_is_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let picture = folder.path().join("a.png");
+        image::GrayImage::new(2, 2).save(&picture).unwrap();
+        let mask = RepairOptions { mask: Some(picture.clone()), ..RepairOptions::default() };
+        let glb = folder.path().join("a.glb");
+        std::fs::write(&glb, b"glTF").unwrap();
+        for (input, output, options) in [
+            (&picture, picture.clone(), &RepairOptions::default()),
+            (&glb, picture.clone(), &mask),
+            (&glb, folder.path().join("b.png"), &RepairOptions::default()),
+            (&glb, folder.path().join("b.glb"), &mask),
+            (&picture, folder.path().join("b.glb"), &mask),
+        ] {
+            let error = repair_file(input, &output, options).unwrap_err();
+            assert!(matches!(error, Error::Options { .. }), "{error}");
+        }
+    }
+}

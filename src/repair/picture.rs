@@ -1,0 +1,301 @@
+//! The repair of a picture: PNG, JPEG, WebP, TIFF, Radiance HDR.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use image::codecs::hdr::HdrEncoder;
+use image::codecs::jpeg::JpegEncoder;
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use image::codecs::tiff::TiffEncoder;
+use image::codecs::webp::WebPEncoder;
+use image::error::UnsupportedErrorKind;
+use image::{DynamicImage, ImageDecoder, ImageEncoder, ImageError, ImageFormat, ImageReader};
+use seamwise_texture::repair;
+
+use super::report::{ImageReport, RepairReport};
+use super::sources::Sources;
+use super::{Job, WRAP};
+use crate::error::{Error, Result};
+use crate::images::{JPEG_QUALITY, limits};
+
+/// How far a texel may be from the background color: half a step of 8 bits where files keep their
+/// texels, three steps and a half where a lossy codec may have changed them.
+const TOLERANCE: f32 = 0.5 / 255.0;
+const LOSSY_TOLERANCE: f32 = 3.5 / 255.0;
+
+/// A picture as its file holds it.
+pub(super) struct Picture {
+    /// Its texels.
+    pub(super) texels: DynamicImage,
+    /// What its numbers mean as colors (an ICC profile), passed on.
+    profile: Option<Vec<u8>>,
+}
+
+impl Picture {
+    /// Reads a picture of any format that its first bytes tell.
+    pub(super) fn read(path: &Path) -> Result<Self> {
+        let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
+        let invalid =
+            |error: ImageError| Error::invalid(path.display().to_string(), error.to_string());
+        let format = image::guess_format(&bytes).map_err(invalid)?;
+        Self::decode(&bytes, format).map_err(invalid)
+    }
+
+    fn decode(bytes: &[u8], format: ImageFormat) -> image::ImageResult<Self> {
+        let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+        reader.limits(limits());
+        let mut decoder = reader.into_decoder()?;
+        limits().reserve(decoder.total_bytes())?;
+        let profile = decoder.icc_profile()?;
+        Ok(Self { texels: DynamicImage::from_decoder(decoder)?, profile })
+    }
+
+    /// The picture as a file: in the same bits where the format has them, never in fewer.
+    fn encode(&self, format: ImageFormat) -> image::ImageResult<Vec<u8>> {
+        let mut bytes = Cursor::new(Vec::new());
+        let out = &mut bytes;
+        match format {
+            ImageFormat::Jpeg => self.write(JpegEncoder::new_with_quality(out, JPEG_QUALITY)),
+            ImageFormat::WebP => self.write(WebPEncoder::new_lossless(out)),
+            ImageFormat::Tiff => self.write(TiffEncoder::new(out)),
+            ImageFormat::Hdr => self.write(HdrEncoder::new(out)),
+            _ => {
+                let (deflate, filter) = (CompressionType::Default, FilterType::Adaptive);
+                self.write(PngEncoder::new_with_quality(out, deflate, filter))
+            }
+        }?;
+        Ok(bytes.into_inner())
+    }
+
+    fn write(&self, mut encoder: impl ImageEncoder) -> image::ImageResult<()> {
+        if let Some(profile) = &self.profile {
+            // A format that holds no profile has one color space.
+            let _ = encoder.set_icc_profile(profile.clone());
+        }
+        let [width, height] = [self.texels.width(), self.texels.height()];
+        encoder.write_image(self.texels.as_bytes(), width, height, self.texels.color().into())
+    }
+}
+
+impl Job<'_> {
+    pub(super) fn picture(
+        &self,
+        bytes: &[u8],
+        format: ImageFormat,
+    ) -> Result<(Vec<u8>, RepairReport)> {
+        let output_format = self.output_format()?;
+        let invalid = |what: String| Error::invalid(self.input.display().to_string(), what);
+        let mut picture =
+            Picture::decode(bytes, format).map_err(|error| invalid(error.to_string()))?;
+        let size = [picture.texels.width() as usize, picture.texels.height() as usize];
+        let lossy = matches!(format, ImageFormat::Jpeg | ImageFormat::WebP);
+        let tolerance = if lossy { LOSSY_TOLERANCE } else { TOLERANCE };
+        let sources = Sources::read(self.options)?;
+        let validity = sources
+            .validity(size, Some(&picture.texels), tolerance)?
+            .ok_or_else(|| self.nothing_tells())?;
+        if validity.valid() == 0 {
+            return Err(self.nothing_valid());
+        }
+        let role = self.options.role.unwrap_or_default();
+        let reads = sources.reads(&validity);
+        let outcome = repair(&mut picture.texels, role, &validity, WRAP)
+            .map_err(|error| invalid(error.to_string()))?;
+        let file = picture.encode(output_format).map_err(|error| self.refused(&error))?;
+        let name = self.input.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let mut report = ImageReport { name, role: Some(role), ..ImageReport::default() };
+        report.add_outcome(&validity, outcome, reads);
+        Ok((file, RepairReport { images: vec![report] }))
+    }
+
+    /// The error that nothing tells which texels are valid.
+    pub(super) fn nothing_tells(&self) -> Error {
+        let what = "nothing tells which texels are valid: give a mesh that wears the picture \
+                    (--mesh), a mask (--mask) or the color around its charts (--background)";
+        Error::Options { what: format!("{}: {what}", self.input.display()) }
+    }
+
+    /// The error that there is nothing to fill from.
+    pub(super) fn nothing_valid(&self) -> Error {
+        let what = "no texel is valid by the mesh, mask and background given: nothing to fill from";
+        Error::Options { what: format!("{}: {what}", self.input.display()) }
+    }
+
+    fn output_format(&self) -> Result<ImageFormat> {
+        let known = |format: &ImageFormat| format.writing_enabled();
+        ImageFormat::from_path(self.output).ok().filter(known).ok_or_else(|| Error::Options {
+            what: format!("{}: no format for pictures that is known", self.output.display()),
+        })
+    }
+
+    /// The error that an encoder gave.
+    fn refused(&self, error: &ImageError) -> Error {
+        match error {
+            ImageError::Unsupported(unsupported)
+                if matches!(unsupported.kind(), UnsupportedErrorKind::Color(_)) =>
+            {
+                let what = format!("{}: {error}; choose another format", self.output.display());
+                Error::Options { what }
+            }
+            _ => Error::Internal { what: error.to_string() },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::repair::{Background, RepairOptions, repair_file};
+    use image::{ColorType, GrayImage, Luma};
+    use std::path::PathBuf;
+
+    const SIZE: u32 = 24;
+    const KINDS: [ColorType; 8] = [
+        ColorType::L8,
+        ColorType::La8,
+        ColorType::Rgb8,
+        ColorType::Rgba8,
+        ColorType::L16,
+        ColorType::La16,
+        ColorType::Rgb16,
+        ColorType::Rgba16,
+    ];
+
+    fn in_chart(x: u32, y: u32) -> bool {
+        (5..19).contains(&x) && (7..16).contains(&y)
+    }
+
+    /// A chart of muted colors on a garish background.
+    fn atlas(kind: ColorType) -> DynamicImage {
+        let picture = image::RgbaImage::from_fn(SIZE, SIZE, |x, y| {
+            let muted = image::Rgba([100 + x as u8, 110 + y as u8, 120, 255]);
+            if in_chart(x, y) { muted } else { image::Rgba([255, 0, 255, 255]) }
+        });
+        let picture = DynamicImage::ImageRgba8(picture);
+        match kind {
+            ColorType::L8 => picture.to_luma8().into(),
+            ColorType::La8 => picture.to_luma_alpha8().into(),
+            ColorType::Rgb8 => picture.to_rgb8().into(),
+            ColorType::L16 => picture.to_luma16().into(),
+            ColorType::La16 => picture.to_luma_alpha16().into(),
+            ColorType::Rgb16 => picture.to_rgb16().into(),
+            ColorType::Rgba16 => picture.to_rgba16().into(),
+            _ => picture,
+        }
+    }
+
+    fn mask(folder: &Path, size: u32) -> RepairOptions {
+        let path = folder.join(format!("mask{size}.png"));
+        let luma = |x, y| Luma([if in_chart(x, y) { 130u8 } else { 120 }]);
+        GrayImage::from_fn(size, size, luma).save(&path).unwrap();
+        RepairOptions { mask: Some(path), background: Background::None, ..Default::default() }
+    }
+
+    fn run(
+        before: &DynamicImage,
+        names: [&str; 2],
+        options: &RepairOptions,
+        folder: &Path,
+    ) -> Result<(DynamicImage, RepairReport)> {
+        let [input, output]: [PathBuf; 2] = names.map(|name| folder.join(name));
+        before.save(&input).unwrap();
+        let report = repair_file(&input, &output, options)?;
+        Ok((Picture::read(&output)?.texels, report))
+    }
+
+    #[test]
+    fn a_png_of_any_kind_keeps_its_kind_and_its_valid_texels() {
+        let folder = tempfile::tempdir().unwrap();
+        let options = mask(folder.path(), SIZE);
+        for kind in KINDS {
+            let before = atlas(kind);
+            let (after, report) =
+                run(&before, ["a.png", "b.png"], &options, folder.path()).unwrap();
+            assert_eq!(after.color(), kind);
+            let report = &report.images[0];
+            assert_eq!((report.covered, report.filled, report.remaining), (126, 450, 0));
+            let bytes = usize::from(kind.bytes_per_pixel());
+            let texels = before.as_bytes().chunks(bytes).zip(after.as_bytes().chunks(bytes));
+            for (texel, (before, after)) in (0..).zip(texels) {
+                assert!(!in_chart(texel % SIZE, texel / SIZE) || before == after);
+            }
+            // The chart's colors lie in 100…130; magenta and its gray do not.
+            let rgba = after.to_rgba8();
+            assert!(rgba.pixels().all(|p| p.0[..3].iter().all(|v| (95..136).contains(v))));
+            assert!(rgba.pixels().all(|p| p.0[3] == 255));
+        }
+    }
+
+    #[test]
+    fn the_background_is_found_or_given_and_otherwise_asked_for() {
+        let folder = tempfile::tempdir().unwrap();
+        let before = atlas(ColorType::Rgb8);
+        let with = |background| {
+            let options = RepairOptions { background, ..Default::default() };
+            run(&before, ["a.png", "b.png"], &options, folder.path())
+        };
+        for background in [Background::Auto, "#ff00ff".parse().unwrap()] {
+            // The chart without its rim.
+            assert_eq!(with(background).unwrap().1.images[0].covered, 12 * 7);
+        }
+        assert!(with(Background::None).unwrap_err().to_string().contains("--mesh"));
+        let flat = DynamicImage::new_rgb8(9, 9);
+        let error = run(&flat, ["c.png", "d.png"], &Default::default(), folder.path()).unwrap_err();
+        assert!(error.to_string().contains("--mask"), "{error}");
+    }
+
+    #[test]
+    fn other_formats_keep_the_texels_they_can_hold() {
+        let folder = tempfile::tempdir().unwrap();
+        let options = mask(folder.path(), SIZE);
+        let float = DynamicImage::ImageRgb32F(atlas(ColorType::Rgb8).to_rgb32f());
+        for (name, before) in [
+            ("b.webp", atlas(ColorType::Rgba8)),
+            ("b.tif", atlas(ColorType::Rgb16)),
+            ("b.hdr", float),
+        ] {
+            let first = format!("a.{}", &name[2..]);
+            let (_, _) = run(&before, [&first, name], &options, folder.path()).unwrap();
+            // What the file holds, which is less than the floats if they are shared exponents.
+            let before = Picture::read(&folder.path().join(&first)).unwrap().texels;
+            let after = Picture::read(&folder.path().join(name)).unwrap().texels;
+            assert_eq!(before.color(), after.color());
+            let bytes = usize::from(before.color().bytes_per_pixel());
+            let texels = before.as_bytes().chunks(bytes).zip(after.as_bytes().chunks(bytes));
+            for (texel, (before, after)) in (0..).zip(texels) {
+                assert_eq!(in_chart(texel % SIZE, texel / SIZE), before == after, "{name} {texel}");
+            }
+        }
+        let jpeg = run(&atlas(ColorType::Rgb8), ["a.jpg", "b.jpg"], &options, folder.path());
+        assert_eq!(jpeg.unwrap().0.color(), ColorType::Rgb8);
+    }
+
+    #[test]
+    fn what_does_not_fit_is_an_error_with_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let fits = mask(folder.path(), SIZE);
+        let run = |before, output, options: &RepairOptions| {
+            run(&before, ["a.png", output], options, folder.path()).unwrap_err().to_string()
+        };
+        let small = mask(folder.path(), SIZE - 1);
+        assert!(run(atlas(ColorType::L8), "b.png", &small).contains("mask23.png"));
+        assert!(run(atlas(ColorType::Rgba16), "b.jpg", &fits).contains("b.jpg"));
+        assert!(run(atlas(ColorType::L8), "b.txt", &fits).contains("b.txt"));
+        let none = folder.path().join("none.png");
+        GrayImage::new(SIZE, SIZE).save(&none).unwrap();
+        let options = RepairOptions { mask: Some(none), ..fits.clone() };
+        assert!(run(atlas(ColorType::L8), "b.png", &options).contains("no texel is valid"));
+        let broken = folder.path().join("broken.png");
+        std::fs::write(&broken, b"\x89PNG\r\n\x1a\nnothing").unwrap();
+        let error = repair_file(&broken, &folder.path().join("b.png"), &fits).unwrap_err();
+        assert!(matches!(error, Error::Invalid { .. }), "{error}");
+    }
+
+    #[test]
+    fn an_icc_profile_is_passed_on() {
+        let texels = atlas(ColorType::Rgb8);
+        let picture = Picture { texels, profile: Some(b"not really one".to_vec()) };
+        let file = picture.encode(ImageFormat::Png).unwrap();
+        assert_eq!(Picture::decode(&file, ImageFormat::Png).unwrap().profile, picture.profile);
+    }
+}

@@ -1,0 +1,141 @@
+//! What a repair did, as a table.
+
+use seamwise_texture::{MipReads, Outcome, Role, Validity};
+
+use crate::report::align;
+
+/// What a repair did to each image of a file.
+#[derive(Clone, Debug)]
+pub struct RepairReport {
+    /// The images of an asset or the layers of an EXR in their order, or the one picture.
+    pub images: Vec<ImageReport>,
+}
+
+/// What a repair did to an image.
+#[derive(Clone, Debug, Default)]
+pub struct ImageReport {
+    /// Its name.
+    pub name: String,
+    /// What its texels mean, if something uses them.
+    pub role: Option<Role>,
+    /// Its width and height in texels; `None` if it was not looked into.
+    pub size: Option<[usize; 2]>,
+    /// Texels that may be trusted.
+    pub covered: usize,
+    /// Texels that were filled.
+    pub filled: usize,
+    /// Texels that may not be trusted and could not be filled.
+    pub remaining: usize,
+    /// What filtering inside the charts read before the repair, at each mip level; empty where no
+    /// charts are known.
+    pub reads: Vec<MipReads>,
+    /// Why it was left alone, if it was.
+    pub left_alone: Option<String>,
+}
+
+impl ImageReport {
+    /// Enters the figures of a repair.
+    pub(super) fn add_outcome(
+        &mut self,
+        validity: &Validity,
+        outcome: Outcome,
+        reads: Vec<MipReads>,
+    ) {
+        self.size = Some([validity.width(), validity.height()]);
+        self.covered = validity.valid();
+        self.filled = outcome.filled;
+        self.remaining = outcome.remaining;
+        self.reads = reads;
+    }
+
+    /// Reads of invalid texels after the repair, at a mip level that had so many before: a fill
+    /// leaves none of them or all.
+    fn reads_after(&self, before: usize) -> usize {
+        if self.remaining == 0 { 0 } else { before }
+    }
+
+    /// The invalid reads of this image, which `alike` others share.
+    fn reads_line(&self, alike: usize) -> String {
+        let list = |figure: &dyn Fn(&MipReads) -> String| {
+            self.reads.iter().map(figure).collect::<Vec<_>>().join(" ")
+        };
+        let before = list(&|mip| format!("{}/{}", mip.invalid, mip.read));
+        let after = match self.remaining {
+            0 => "0".to_owned(),
+            _ => list(&|mip| self.reads_after(mip.invalid).to_string()),
+        };
+        let alike = if alike == 0 { String::new() } else { format!(" and {alike} more") };
+        format!("{}{alike}: {before} → {after}\n", self.name)
+    }
+
+    fn reads_alike(&self, other: &Self) -> bool {
+        self.reads == other.reads && (self.remaining == 0) == (other.remaining == 0)
+    }
+}
+
+impl RepairReport {
+    /// The report for people.
+    pub fn to_table(&self) -> String {
+        let header = ["image", "role", "size", "covered", "filled", "remaining", ""];
+        let mut rows = vec![header.map(str::to_owned)];
+        rows.extend(self.images.iter().map(row));
+        let mut text = align(&rows);
+        let reads = self.reads();
+        if !reads.is_empty() {
+            text +=
+                "\ntexels that filtering reads, mip by mip: invalid/all before → invalid after\n";
+            text += &reads;
+        }
+        text
+    }
+
+    /// One line for all images that lie in the same charts.
+    fn reads(&self) -> String {
+        let images: Vec<_> = self.images.iter().filter(|image| !image.reads.is_empty()).collect();
+        let mut lines = String::new();
+        for (index, image) in images.iter().enumerate() {
+            if !images[..index].iter().any(|earlier| earlier.reads_alike(image)) {
+                let alike = images[index + 1..].iter().filter(|later| later.reads_alike(image));
+                lines += &image.reads_line(alike.count());
+            }
+        }
+        lines
+    }
+}
+
+fn row(image: &ImageReport) -> [String; 7] {
+    let figure = |n: usize| if image.left_alone.is_some() { String::new() } else { n.to_string() };
+    let role = image.role.map_or("", |role| match role {
+        Role::Color => "color",
+        Role::Normal => "normal",
+        Role::Data => "data",
+    });
+    [
+        image.name.clone(),
+        role.to_owned(),
+        image.size.map_or(String::new(), |[width, height]| format!("{width}×{height}")),
+        figure(image.covered),
+        figure(image.filled),
+        figure(image.remaining),
+        image.left_alone.as_ref().map_or(String::new(), |why| format!("left alone: {why}")),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reads_are_shown_once_for_images_that_share_them() {
+        let reads = vec![MipReads { width: 2, height: 1, read: 2, invalid: 1 }];
+        let image = |name: &str, remaining| ImageReport {
+            name: name.into(),
+            reads: reads.clone(),
+            remaining,
+            ..ImageReport::default()
+        };
+        let none = ImageReport { reads: Vec::new(), ..image("d", 0) };
+        let images = vec![image("a", 0), image("b", 1), none, image("c", 0)];
+        assert_eq!(RepairReport { images }.reads(), "a and 1 more: 1/2 → 0\nb: 1/2 → 1\n");
+    }
+}

@@ -1,0 +1,168 @@
+//! What tells the valid texels of a picture: a mesh, a mask, a background.
+
+use std::path::PathBuf;
+
+use glam::Affine2;
+use image::DynamicImage;
+use seamwise_texture::{MipReads, Plane, Validity, count_reads, detect_background};
+use serde_json::Value;
+
+use super::picture::Picture;
+use super::{Background, MeshOptions, RepairOptions, WRAP};
+use crate::asset::Asset;
+use crate::atlas::Charts;
+use crate::error::{Error, Result};
+use crate::primitive::Primitive;
+use crate::read::read_geometry;
+
+/// The mesh, the mask and the background, read.
+pub(super) struct Sources {
+    charts: Option<Charts>,
+    mask: Option<(PathBuf, Validity)>,
+    background: Background,
+}
+
+impl Sources {
+    /// Reads the files that the options name.
+    pub(super) fn read(options: &RepairOptions) -> Result<Self> {
+        let charts = options
+            .mesh
+            .as_ref()
+            .map(|mesh| read_charts(mesh).map_err(|error| error.in_file(&mesh.file)));
+        let mask = options.mask.as_ref().map(|path| {
+            let luma = Picture::read(path)?.texels.to_luma32f();
+            let [width, height] = [luma.width() as usize, luma.height() as usize];
+            let plane = Plane::from_vec(width, height, 1, luma.into_raw());
+            Ok::<_, Error>((path.clone(), Validity::from_mask(&plane)))
+        });
+        Ok(Self {
+            charts: charts.transpose()?,
+            mask: mask.transpose()?,
+            background: options.background,
+        })
+    }
+
+    /// The texels of a picture of `width` × `height` that pass all tests; `None` if there is no
+    /// test. `texels` is what the background is looked for in, and `tolerance` how far its channels
+    /// may be from that color.
+    pub(super) fn validity(
+        &self,
+        [width, height]: [usize; 2],
+        texels: Option<&DynamicImage>,
+        tolerance: f32,
+    ) -> Result<Option<Validity>> {
+        let mut tests = Vec::new();
+        if let Some((path, mask)) = &self.mask {
+            if [width, height] != [mask.width(), mask.height()] {
+                let [w, h] = [mask.width(), mask.height()];
+                let what = format!("a mask of {w}×{h} texels for {width}×{height}");
+                return Err(Error::invalid(path.display().to_string(), what));
+            }
+            tests.push(mask.clone());
+        }
+        if let Some(Charts { uvs, triangles }) = &self.charts {
+            tests.push(Validity::from_charts(width, height, WRAP, uvs, triangles));
+        }
+        let color = match self.background {
+            Background::Auto => texels.and_then(detect_background),
+            Background::Color(color) => Some(color),
+            Background::None => None,
+        };
+        if let (Some(texels), Some(color)) = (texels, color) {
+            tests.push(Validity::from_background(texels, color, tolerance));
+        }
+        Ok(tests.into_iter().reduce(|mut all, test| {
+            all.intersect(&test);
+            all
+        }))
+    }
+
+    /// What filtering inside the mesh's charts reads, at each mip level; empty without a mesh.
+    pub(super) fn reads(&self, validity: &Validity) -> Vec<MipReads> {
+        let count = |charts: &Charts| count_reads(validity, WRAP, &charts.uvs, &charts.triangles);
+        self.charts.as_ref().map_or(Vec::new(), count)
+    }
+}
+
+/// The charts of all triangle primitives that have the UV set.
+fn read_charts(options: &MeshOptions) -> Result<Charts> {
+    let asset = read_geometry(&options.file)?;
+    let mut charts = Charts::default();
+    for mesh in chosen_meshes(&asset, options.name.as_deref())? {
+        for primitive in Primitive::of_mesh(&asset, mesh)?.iter().filter(|p| p.is_surface()) {
+            let own = Charts::read(&asset, primitive, options.uv_set, Affine2::IDENTITY)?;
+            own.into_iter().for_each(|own| charts.append(own));
+        }
+    }
+    if charts.triangles.is_empty() {
+        return Err(Error::Options { what: format!("no triangle has UV set {}", options.uv_set) });
+    }
+    Ok(charts)
+}
+
+/// The meshes of that name, or that nodes of that name wear; all if there is none.
+fn chosen_meshes(asset: &Asset, name: Option<&str>) -> Result<Vec<usize>> {
+    let meshes = 0..asset.count("meshes");
+    let Some(name) = name else {
+        return Ok(meshes.collect());
+    };
+    let list = |key: &str| asset.json.get(key).and_then(Value::as_array).into_iter().flatten();
+    let is_called = |object: &Value| object["name"].as_str() == Some(name);
+    let mut chosen: Vec<bool> = list("meshes").map(is_called).collect();
+    for (node, _) in list("nodes").enumerate().filter(|(_, node)| is_called(node)) {
+        if let Some(mesh) = asset.reference(&format!("/nodes/{node}"), "mesh", "meshes")? {
+            chosen[mesh] = true;
+        }
+    }
+    if !chosen.contains(&true) {
+        let known: Vec<&str> = list("meshes").filter_map(|mesh| mesh["name"].as_str()).collect();
+        let what = format!("no mesh is called {name}; there are: {}", known.join(", "));
+        return Err(Error::Options { what });
+    }
+    Ok(meshes.filter(|&mesh| chosen[mesh]).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn a_mesh_is_chosen_by_its_name_or_its_nodes() {
+        let asset = Asset {
+            json: json!({
+                "meshes": [{"name": "a"}, {"name": "b"}, {}],
+                "nodes": [{"mesh": 2, "name": "b"}, {"name": "a"}],
+            }),
+            buffers: Vec::new(),
+            images: Vec::new(),
+        };
+        let chosen = |name| chosen_meshes(&asset, name);
+        assert_eq!(chosen(None).unwrap(), [0, 1, 2]);
+        assert_eq!(chosen(Some("a")).unwrap(), [0]);
+        assert_eq!(chosen(Some("b")).unwrap(), [1, 2]);
+        assert!(chosen(Some("c")).unwrap_err().to_string().ends_with("a, b"));
+    }
+
+    #[test]
+    fn a_texel_must_pass_every_test() {
+        let luma = |x, y| image::Luma([if x < 4 { 0 } else { (16 * y + x) as u8 }]);
+        let black = DynamicImage::ImageLuma8(image::GrayImage::from_fn(16, 8, luma));
+        let mask = Validity::from_flags(16, 8, (0..128).map(|texel| texel % 16 < 10).collect());
+        let mut sources = Sources { charts: None, mask: None, background: Background::Auto };
+        let valid = |sources: &Sources| {
+            let validity = sources.validity([16, 8], Some(&black), 0.0).unwrap();
+            validity.map(|validity| validity.valid())
+        };
+        // Without the four columns of background and the one beside them.
+        assert_eq!(valid(&sources), Some(11 * 8));
+        sources.mask = Some((PathBuf::from("mask.png"), mask));
+        assert_eq!(valid(&sources), Some(5 * 8));
+        sources.background = Background::None;
+        assert_eq!(valid(&sources), Some(10 * 8));
+        let error = sources.validity([8, 8], None, 0.0).unwrap_err().to_string();
+        assert!(error.starts_with("mask.png"), "{error}");
+        sources.mask = None;
+        assert_eq!(valid(&sources), None);
+    }
+}
