@@ -6,14 +6,16 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 use seamwise_attr::{self as attr, Level, simplify_chain};
+use serde_json::{Value, json};
 
 use crate::asset::{Asset, EncodedImage};
 use crate::atlas::{encode_repaired, repair_all};
+use crate::certificate::{Screen, certificate, certify};
 use crate::error::{Error, Result};
 use crate::evaluate::load::{TextureCache, load};
 use crate::evaluate::{self, Metrics, Reference};
 use crate::geometry::Geometry;
-use crate::levels::{LevelMesh, chain_asset, level_asset};
+use crate::levels::{Coverage, LevelMesh, chain_asset, level_asset};
 use crate::options::{BakeOptions, Textures};
 use crate::parts::level_parts;
 use crate::progress::Progress;
@@ -91,7 +93,7 @@ pub fn bake(
     let images = clock.time(|s| &mut s.repair, || finish_images(&asset, options))?;
     let parts: Vec<Vec<LevelMesh<'_>>> =
         clock.time(|s| &mut s.write, || level_meshes(&geometries, &chains))?;
-    let levels: Vec<Asset> = clock.time(
+    let mut levels: Vec<Asset> = clock.time(
         |s| &mut s.write,
         || {
             parts
@@ -100,7 +102,7 @@ pub fn bake(
                 .collect::<Result<_>>()
         },
     )?;
-    let metrics = clock.time(
+    let measured = clock.time(
         |s| &mut s.evaluate,
         || match &options.evaluate {
             Some(evaluation) => evaluate_all(&asset, &levels, *evaluation, progress).map(Some),
@@ -110,22 +112,72 @@ pub fn bake(
     let mut files = clock.time(
         |s| &mut s.write,
         || {
-            let mut files: Vec<Vec<u8>> = levels.iter().map(to_glb).collect::<Result<_>>()?;
-            files.push(to_glb(&chain_asset(&asset, &parts, &images)?)?);
-            std::fs::create_dir_all(folder).map_err(|error| Error::io(folder, error))?;
-            Ok::<_, Error>(files)
+            let chain = Chain { asset: &asset, parts: &parts, images: &images };
+            chain.encode(&mut levels, measured.as_ref(), &options.screen)
         },
     )?;
     let report = BakeReport {
         schema: 1,
         input: input_report(input, &geometries),
-        levels: level_reports(&geometries, &chains, options, metrics.as_deref()),
+        screen: options.screen,
+        levels: level_reports(&geometries, &chains, options, measured.as_ref()),
         seconds: clock.seconds,
         peak_memory_bytes: peak_memory(),
     };
     files.push(report.to_json()?.into_bytes());
+    std::fs::create_dir_all(folder).map_err(|error| Error::io(folder, error))?;
     write_files(&outputs.into_iter().zip(files).collect::<Vec<_>>())?;
     Ok(report)
+}
+
+/// What all files of a bake are made from.
+struct Chain<'a> {
+    asset: &'a Asset,
+    parts: &'a [Vec<LevelMesh<'a>>],
+    images: &'a [EncodedImage],
+}
+
+impl Chain<'_> {
+    /// The files of the levels, certified if they were measured, and the one of all of them.
+    fn encode(
+        &self,
+        levels: &mut [Asset],
+        measured: Option<&Measured>,
+        screen: &Screen,
+    ) -> Result<Vec<Vec<u8>>> {
+        let sizes = measured.map(|measured| screen.largest_sizes(&measured.metrics));
+        let coverage = measured.zip(sizes.as_deref()).map(|(measured, sizes)| Coverage {
+            screen,
+            sizes,
+            diagonal: measured.diagonal,
+        });
+        let mut all = chain_asset(self.asset, self.parts, self.images, coverage.as_ref())?;
+        if let Some(measured) = measured {
+            let certificates: Vec<Value> = (0..levels.len())
+                .map(|index| {
+                    let parts =
+                        self.parts[index].iter().flat_map(|mesh| mesh.parts.iter().flatten());
+                    let triangles = parts.map(|part| part.indices.len() / 3).sum();
+                    certificate(index + 1, &measured.metrics[index], triangles, screen)
+                })
+                .collect();
+            for (level, certificate) in levels.iter_mut().zip(&certificates) {
+                certify(level, certificate.clone());
+            }
+            certify(&mut all, json!({"levels": certificates}));
+        }
+        let mut files: Vec<Vec<u8>> = levels.par_iter().map(to_glb).collect::<Result<_>>()?;
+        files.push(to_glb(&all)?);
+        Ok(files)
+    }
+}
+
+/// What the evaluation of the levels found.
+struct Measured {
+    /// One per level.
+    metrics: Vec<Metrics>,
+    /// Of the source's bounding box, in world units.
+    diagonal: f64,
 }
 
 /// Adds up the wall time of each stage.
@@ -218,21 +270,19 @@ fn evaluate_all(
     levels: &[Asset],
     options: evaluate::Options,
     progress: &Progress,
-) -> Result<Vec<Metrics>> {
+) -> Result<Measured> {
     progress.stage("evaluate", levels.len() + 1, |done| {
         let mut cache = TextureCache::default();
         let scene = load(asset, &mut cache)?;
         let reference = Reference::new(&scene, options)?;
         let count = || done.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
         count();
-        levels
-            .iter()
-            .map(|level| {
-                let metrics = reference.compare(&load(level, &mut cache)?)?;
-                count();
-                Ok(metrics)
-            })
-            .collect()
+        let mut metrics = Vec::with_capacity(levels.len());
+        for level in levels {
+            metrics.push(reference.compare(&load(level, &mut cache)?)?);
+            count();
+        }
+        Ok(Measured { metrics, diagonal: reference.diagonal() })
     })
 }
 
@@ -255,10 +305,11 @@ fn level_reports(
     geometries: &[Geometry],
     chains: &[Vec<Level>],
     options: &BakeOptions,
-    metrics: Option<&[Metrics]>,
+    measured: Option<&Measured>,
 ) -> Vec<LevelReport> {
     let total = triangle_count(geometries);
     let shares = options.targets.shares(total);
+    let sizes = measured.map(|measured| options.screen.largest_sizes(&measured.metrics));
     let report = |(index, share): (usize, &f64)| {
         let levels = || chains.iter().map(|chain| &chain[index]);
         let target: usize = levels().map(|level| level.target).sum();
@@ -275,7 +326,8 @@ fn level_reports(
                 1 => stop.to_string(),
                 meshes => format!("in {} of {meshes} meshes {stop}", stopped.len()),
             }),
-            metrics: metrics.map(|metrics| metrics[index]),
+            largest_size_pixels: sizes.as_ref().map(|sizes| sizes[index]),
+            metrics: measured.map(|measured| measured.metrics[index]),
         }
     };
     shares.iter().enumerate().map(report).collect()

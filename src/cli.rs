@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use seamwise::certificate::Screen;
 use seamwise::error::{Error, Result};
 use seamwise::evaluate;
 use seamwise::options::{BakeOptions, Targets, Textures};
@@ -37,6 +38,8 @@ pub(crate) enum Command {
     Evaluate(EvaluateArgs),
     /// Say what an asset is made of, and where its atlases would bleed.
     Inspect(InspectArgs),
+    /// Say which level to show at a size on screen.
+    Select(SelectArgs),
 }
 
 /// `seamwise bake`.
@@ -68,6 +71,21 @@ pub(crate) struct BakeArgs {
     /// Do not measure the levels.
     #[arg(long)]
     no_evaluate: bool,
+    /// Vertical field of view that the levels are seen with, for the sizes they may be shown at.
+    #[arg(long, default_value_t = Screen::default().field_of_view_degrees, value_name = "DEGREES")]
+    field_of_view: f64,
+    /// The screen's size in pixels.
+    #[arg(long, default_value = "1920x1080", value_name = "WxH", value_parser = parse_size)]
+    screen: (u32, u32),
+    /// How many pixels a level's surface may be off where it is shown.
+    #[arg(long, default_value_t = Screen::default().pixel_tolerance, value_name = "PIXELS")]
+    pixel_tolerance: f64,
+}
+
+/// Reads `1920x1080`.
+fn parse_size(text: &str) -> std::result::Result<(u32, u32), String> {
+    let size = text.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
+    size.ok_or_else(|| format!("{text} is no size like 1920x1080"))
 }
 
 /// `--textures`.
@@ -82,6 +100,13 @@ pub(crate) enum TextureMode {
 impl BakeArgs {
     /// What these arguments mean.
     pub(crate) fn resolve(&self) -> Result<BakeOptions> {
+        let screen = Screen {
+            field_of_view_degrees: self.field_of_view,
+            width: self.screen.0,
+            height: self.screen.1,
+            pixel_tolerance: self.pixel_tolerance,
+        };
+        screen.check()?;
         if self.max_error.is_some_and(|error| error.is_nan() || error < 0.0) {
             return Err(Error::Options { what: "the error limit must be 0 or more".into() });
         }
@@ -97,6 +122,7 @@ impl BakeArgs {
                 TextureMode::Keep => Textures::Keep,
             },
             evaluate: (!self.no_evaluate).then(evaluate::Options::default),
+            screen,
         })
     }
 }
@@ -220,4 +246,16 @@ pub(crate) struct InspectArgs {
     /// Print JSON instead of text.
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// `seamwise select`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example: seamwise select out/helmet.json --pixels 300\n\n\
+    Prints the level's number; 0 is the source.")]
+pub(crate) struct SelectArgs {
+    /// The report of a bake: <stem>.json.
+    pub(crate) report: PathBuf,
+    /// How many pixels the diagonal of the model's bounding box spans.
+    #[arg(long, value_name = "N")]
+    pub(crate) pixels: f64,
 }

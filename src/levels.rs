@@ -3,11 +3,15 @@
 
 use std::collections::BTreeSet;
 
+use glam::{DMat4, Vec3};
+use rustc_hash::FxHashMap;
 use serde_json::{Map, Value, json};
 
 use crate::asset::{Asset, EncodedImage};
+use crate::certificate::Screen;
 use crate::error::{Error, Result};
 use crate::geometry::Geometry;
+use crate::nodes::world_nodes;
 use crate::pack::Packer;
 use crate::parts::LevelPart;
 use crate::primitive::Primitive;
@@ -44,11 +48,23 @@ pub fn level_asset(
     Ok(packer.finish())
 }
 
+/// What `MSFT_screencoverage` is reckoned from.
+#[derive(Clone, Copy, Debug)]
+pub struct Coverage<'a> {
+    /// The screen.
+    pub screen: &'a Screen,
+    /// The largest size of each level in pixels, as [`Screen::largest_sizes`] gives them.
+    pub sizes: &'a [f64],
+    /// The diagonal of the asset's bounding box in world units.
+    pub diagonal: f64,
+}
+
 /// The asset as it is, its images replaced by `images`, with every level of its meshes beside it:
 /// each node with such a mesh names a node for each level, in `MSFT_lod`.
 ///
 /// `levels` holds one entry per level, the finest first, each with the same meshes in the same
-/// order.
+/// order. With `coverage`, each such node says how much of the screen it must cover for each level
+/// to be shown, in `MSFT_screencoverage`.
 ///
 /// # Errors
 /// [`Error::Invalid`] if the document's meshes or nodes are malformed.
@@ -56,6 +72,7 @@ pub fn chain_asset(
     asset: &Asset,
     levels: &[Vec<LevelMesh<'_>>],
     images: &[EncodedImage],
+    coverage: Option<&Coverage<'_>>,
 ) -> Result<Asset> {
     let mut packer = Packer::new(asset, &[]);
     let mut level_meshes = vec![Vec::new(); asset.count("meshes")];
@@ -69,10 +86,21 @@ pub fn chain_asset(
             level_meshes[mesh.geometry.mesh].push(push(packer.json(), "meshes", json)?);
         }
     }
+    let worlds: FxHashMap<usize, DMat4> = world_nodes(asset)?.into_iter().collect();
     for node in 0..asset.count("nodes") {
-        let mesh = asset.reference(&format!("/nodes/{node}"), "mesh", "meshes")?;
-        if let Some(levels) = mesh.map(|mesh| &level_meshes[mesh]).filter(|l| !l.is_empty()) {
-            link_levels(packer.json(), node, levels)?;
+        let Some(mesh) = asset.reference(&format!("/nodes/{node}"), "mesh", "meshes")? else {
+            continue;
+        };
+        if level_meshes[mesh].is_empty() {
+            continue;
+        }
+        let linked = link_levels(packer.json(), node, &level_meshes[mesh])?;
+        let geometry = levels.iter().flatten().find(|level| level.geometry.mesh == mesh);
+        if let (Some(coverage), Some(level), Some(world)) = (coverage, geometry, worlds.get(&node))
+        {
+            let share = diagonal(level.geometry, world) / coverage.diagonal;
+            let coverages = coverage.screen.coverages(coverage.sizes, share);
+            add_coverage(&mut packer.json()["nodes"][linked], &coverages);
         }
     }
     name_extension(packer.json(), "MSFT_lod");
@@ -165,11 +193,29 @@ fn level_primitive(packer: &mut Packer, source: &Value, part: &LevelPart) -> Res
     Ok(json)
 }
 
-/// Adds a node for each level and names them in the node's `MSFT_lod`.
+/// The diagonal of a mesh's bounding box, as long as it is in the world on average over directions.
+fn diagonal(geometry: &Geometry, world: &DMat4) -> f64 {
+    let positions = geometry.welded.mesh.positions.iter();
+    let (low, high) = positions
+        .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)));
+    f64::from((high - low).length()) * world.determinant().abs().cbrt()
+}
+
+/// Writes `MSFT_screencoverage` beside what a node's extras hold.
+fn add_coverage(node: &mut Value, coverages: &[f64]) {
+    if let Some(node) = node.as_object_mut()
+        && let Some(extras) = node.entry("extras").or_insert_with(|| json!({})).as_object_mut()
+    {
+        extras.insert("MSFT_screencoverage".into(), json!(coverages));
+    }
+}
+
+/// Adds a node for each level and names them in the `MSFT_lod` of the node that shows the mesh,
+/// which it returns.
 ///
 /// Levels replace their node as a whole, its children too. So where a node has children, its mesh
 /// first moves to a child of its own, together with what belongs to the mesh.
-fn link_levels(json: &mut Value, node: usize, meshes: &[usize]) -> Result<()> {
+fn link_levels(json: &mut Value, node: usize, meshes: &[usize]) -> Result<usize> {
     let has_children = json["nodes"][node].get("children").is_some();
     let node = if has_children { hoist_mesh(json, node)? } else { node };
     let mut ids = Vec::with_capacity(meshes.len());
@@ -183,7 +229,7 @@ fn link_levels(json: &mut Value, node: usize, meshes: &[usize]) -> Result<()> {
         ids.push(push(json, "nodes", copy)?);
     }
     json["nodes"][node]["extensions"]["MSFT_lod"] = json!({"ids": ids});
-    Ok(())
+    Ok(node)
 }
 
 /// Moves a node's mesh, skin and morph weights to a new child; animations of the weights follow.

@@ -25,6 +25,7 @@ fn main() -> ExitCode {
         cli::Command::Bake(args) => run::bake(args, cli.quiet, &progress),
         cli::Command::Repair(args) => run::repair(args, cli.quiet),
         cli::Command::Evaluate(args) => run::evaluate(args, cli.quiet),
+        cli::Command::Select(args) => run::select(args),
         cli::Command::Inspect(args) => run::inspect(args, cli.quiet),
     };
     match result {

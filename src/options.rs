@@ -1,5 +1,6 @@
 //! What the user asked for, resolved and checked.
 
+use crate::certificate::Screen;
 use crate::error::{Error, Result};
 use crate::evaluate;
 
@@ -14,6 +15,8 @@ pub struct BakeOptions {
     pub textures: Textures,
     /// How the levels are evaluated, if they are.
     pub evaluate: Option<evaluate::Options>,
+    /// The screen that the sizes of the levels are reckoned for.
+    pub screen: Screen,
 }
 
 impl Default for BakeOptions {
@@ -23,6 +26,7 @@ impl Default for BakeOptions {
             max_error: None,
             textures: Textures::Repair,
             evaluate: Some(evaluate::Options::default()),
+            screen: Screen::default(),
         }
     }
 }

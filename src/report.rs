@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::certificate::Screen;
 use crate::error::{Error, Result};
 use crate::evaluate::Metrics;
 
@@ -12,6 +13,8 @@ pub struct BakeReport {
     pub schema: u32,
     /// What went in.
     pub input: InputReport,
+    /// The screen that the sizes of the levels are reckoned for.
+    pub screen: Screen,
     /// What came out, the finest first.
     pub levels: Vec<LevelReport>,
     /// Wall time of each stage.
@@ -56,6 +59,10 @@ pub struct LevelReport {
     pub reached: bool,
     /// Why not, if it was not.
     pub why: Option<String>,
+    /// The largest size at which it may be shown, in pixels that the diagonal of the source's
+    /// bounding box spans, if it was evaluated; see [`crate::certificate`]. `None` also where the
+    /// level has no error at all.
+    pub largest_size_pixels: Option<f64>,
     /// How far it is from the source, if it was evaluated.
     pub metrics: Option<Metrics>,
 }

@@ -7,6 +7,7 @@ use anyhow::{Result, anyhow, bail};
 
 use seamwise::asset::ImageFormat;
 use seamwise::bake::{self, Input};
+use seamwise::certificate::{largest_sizes, select_level};
 use seamwise::evaluate::Reference;
 use seamwise::evaluate::camera::Rig;
 use seamwise::evaluate::load::{TextureCache, load};
@@ -20,7 +21,7 @@ use seamwise::repair::repair_file;
 use seamwise::report::{CandidateReport, EvaluateReport, ReferenceReport};
 use seamwise::write::write_files;
 
-use crate::cli::{BakeArgs, EvaluateArgs, InspectArgs, RepairArgs};
+use crate::cli::{BakeArgs, EvaluateArgs, InspectArgs, RepairArgs, SelectArgs};
 
 /// Bakes each input; one that fails does not stop the others.
 pub(crate) fn bake(args: &BakeArgs, quiet: bool, progress: &Progress) -> Result<usize> {
@@ -137,6 +138,15 @@ pub(crate) fn inspect(args: &InspectArgs, quiet: bool) -> Result<usize> {
         .and_then(|asset| inspect::inspect(&asset))
         .map_err(|error| anyhow!("{}: {error}", args.input.display()))?;
     say(quiet, &if args.json { found.to_json()? } else { found.to_text() })?;
+    Ok(0)
+}
+
+/// Answers which level to show at a size on screen: 0 is the source.
+pub(crate) fn select(args: &SelectArgs) -> Result<usize> {
+    let named = |what: String| anyhow!("{}: {what}", args.report.display());
+    let text = std::fs::read_to_string(&args.report).map_err(|error| named(error.to_string()))?;
+    let sizes = largest_sizes(&text).map_err(|error| named(error.to_string()))?;
+    say(false, &format!("{}\n", select_level(&sizes, args.pixels)))?;
     Ok(0)
 }
 

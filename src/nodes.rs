@@ -1,0 +1,66 @@
+//! Where the nodes of a document stand in the world.
+
+use glam::{DMat4, DQuat, DVec3, Mat4};
+use gltf::json;
+use serde_json::Value;
+
+use crate::asset::Asset;
+use crate::error::{Error, Result};
+
+/// The nodes of the default scene with their world transforms.
+pub(crate) fn world_nodes(asset: &Asset) -> Result<Vec<(usize, DMat4)>> {
+    let roots: Vec<usize> = match asset.reference("", "scene", "scenes")? {
+        Some(scene) => references(asset, &format!("/scenes/{scene}/nodes"))?,
+        None if asset.count("scenes") > 0 => references(asset, "/scenes/0/nodes")?,
+        None => {
+            let mut is_child = vec![false; asset.count("nodes")];
+            for node in 0..is_child.len() {
+                for child in references(asset, &format!("/nodes/{node}/children"))? {
+                    is_child[child] = true;
+                }
+            }
+            (0..is_child.len()).filter(|&node| !is_child[node]).collect()
+        }
+    };
+    let mut seen = vec![false; asset.count("nodes")];
+    let mut stack: Vec<(usize, DMat4)> =
+        roots.into_iter().rev().map(|root| (root, DMat4::IDENTITY)).collect();
+    let mut nodes = Vec::new();
+    while let Some((node, parent)) = stack.pop() {
+        let at = format!("/nodes/{node}");
+        if std::mem::replace(&mut seen[node], true) {
+            return Err(Error::invalid(at, "it is reached twice: nodes must form a tree"));
+        }
+        let world = parent * local_transform(asset, &at)?;
+        let children = references(asset, &format!("{at}/children"))?;
+        stack.extend(children.into_iter().rev().map(|child| (child, world)));
+        nodes.push((node, world));
+    }
+    Ok(nodes)
+}
+
+/// A list of node indices, empty if there is none.
+fn references(asset: &Asset, at: &str) -> Result<Vec<usize>> {
+    let count = asset.json.pointer(at).and_then(Value::as_array).map_or(0, Vec::len);
+    (0..count)
+        .map(|entry| asset.reference(at, &entry.to_string(), "nodes"))
+        .filter_map(Result::transpose)
+        .collect()
+}
+
+fn local_transform(asset: &Asset, at: &str) -> Result<DMat4> {
+    let node: json::Node = asset.parse(at)?;
+    if let Some(matrix) = node.matrix {
+        return Ok(Mat4::from_cols_array(&matrix).as_dmat4());
+    }
+    let vector = |v: Option<[f32; 3]>, default: DVec3| {
+        v.map_or(default, |v| DVec3::from_array(v.map(f64::from)))
+    };
+    let rotation = node
+        .rotation
+        .map_or(DQuat::IDENTITY, |q| DQuat::from_array(q.0.map(f64::from)).normalize());
+    let rotation = if rotation.is_finite() { rotation } else { DQuat::IDENTITY };
+    let (scale, translation) =
+        (vector(node.scale, DVec3::ONE), vector(node.translation, DVec3::ZERO));
+    Ok(DMat4::from_scale_rotation_translation(scale, rotation, translation))
+}
