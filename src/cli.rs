@@ -6,6 +6,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use seamwise::error::Result;
 use seamwise::evaluate;
+use seamwise::evaluate::scene::Mode;
 use seamwise::options::{BakeOptions, Targets, Textures};
 
 /// Levels of detail for textured glTF that still look like the original, and atlases that do not
@@ -112,6 +113,10 @@ pub(crate) struct EvaluateArgs {
     /// Samples on each surface.
     #[arg(long, default_value_t = 200_000, value_parser = clap::value_parser!(u32).range(1000..=100_000_000))]
     samples: u32,
+    /// Compare and draw base color alone, without light: what the textures lost, apart from the
+    /// shape.
+    #[arg(long)]
+    unlit: bool,
     /// Write the figures as JSON.
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
@@ -131,6 +136,11 @@ impl EvaluateArgs {
             resolution: self.resolution.into(),
             samples: self.samples as usize,
         }
+    }
+
+    /// How the surfaces are colored in the views and on the sheet.
+    pub(crate) fn mode(&self) -> Mode {
+        if self.unlit { Mode::Unlit } else { Mode::Lit }
     }
 }
 
