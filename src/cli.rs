@@ -7,6 +7,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use seamwise::certificate::Screen;
 use seamwise::error::{Error, Result};
 use seamwise::evaluate;
+use seamwise::evaluate::scene::Mode;
 use seamwise::options::{BakeOptions, Targets, Textures};
 use seamwise::repair::{Background, MeshOptions, RepairOptions};
 use seamwise_texture::Role;
@@ -215,6 +216,10 @@ pub(crate) struct EvaluateArgs {
     /// Samples on each surface.
     #[arg(long, default_value_t = 200_000, value_parser = clap::value_parser!(u32).range(1000..=100_000_000))]
     samples: u32,
+    /// Compare and draw base color alone, without light: what the textures lost, apart from the
+    /// shape.
+    #[arg(long)]
+    unlit: bool,
     /// Write the figures as JSON.
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
@@ -234,6 +239,11 @@ impl EvaluateArgs {
             resolution: self.resolution.into(),
             samples: self.samples as usize,
         }
+    }
+
+    /// How the surfaces are colored in the views and on the sheet.
+    pub(crate) fn mode(&self) -> Mode {
+        if self.unlit { Mode::Unlit } else { Mode::Lit }
     }
 }
 

@@ -5,6 +5,8 @@ use serde::Serialize;
 use crate::certificate::Screen;
 use crate::error::{Error, Result};
 use crate::evaluate::Metrics;
+use crate::evaluate::camera::{Camera, Rig};
+use crate::evaluate::scene::Mode;
 
 /// What a bake did, in schema 1.
 #[derive(Clone, Debug, Serialize)]
@@ -134,6 +136,10 @@ pub struct EvaluateReport {
     pub schema: u32,
     /// What the candidates were compared with.
     pub reference: ReferenceReport,
+    /// How surfaces were colored in the views.
+    pub mode: Mode,
+    /// The cameras, in the order of a sheet's rows, so that another renderer can see what was seen.
+    pub views: Vec<ViewReport>,
     /// The candidates, in the order they were given.
     pub candidates: Vec<CandidateReport>,
 }
@@ -147,6 +153,32 @@ pub struct ReferenceReport {
     pub triangles: usize,
     /// Diagonal of its bounding box, which distances are divided by, in world units.
     pub diagonal: f64,
+}
+
+/// A camera of an evaluation: a pinhole of square frame.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct ViewReport {
+    /// Where it stands, in world units.
+    pub eye: [f64; 3],
+    /// What it looks at, in world units: the middle of the picture.
+    pub target: [f64; 3],
+    /// Unit vector that is upward in the picture.
+    pub up: [f64; 3],
+    /// Of the whole frame, both ways.
+    pub field_of_view_degrees: f64,
+}
+
+impl ViewReport {
+    /// The cameras of a rig, in its order.
+    pub fn of(rig: &Rig) -> Vec<Self> {
+        let view = |camera: &Camera| Self {
+            eye: camera.eye.to_array(),
+            target: rig.center.to_array(),
+            up: camera.up.to_array(),
+            field_of_view_degrees: 2.0 * camera.half_width.atan().to_degrees(),
+        };
+        rig.cameras.iter().map(view).collect()
+    }
 }
 
 /// A candidate of an evaluation.
@@ -249,6 +281,7 @@ pub fn peak_memory() -> Option<u64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::{DVec3, Vec3};
 
     #[test]
     fn columns_line_up() {
@@ -258,5 +291,19 @@ mod tests {
         let end = |line: &str, word: &str| line.find(word).map(|at| at + word.len());
         assert_eq!(end(lines[0], "triangles"), end(lines[1], "12"));
         assert_eq!(end(lines[0], "triangles"), end(lines[2], "3"));
+    }
+
+    #[test]
+    fn a_view_tells_its_camera() {
+        let rig = Rig::new(Vec3::new(1.0, 2.0, 3.0), 5.0, 24, 64);
+        for (camera, view) in rig.cameras.iter().zip(ViewReport::of(&rig)) {
+            assert_eq!((view.eye, view.target), (camera.eye.to_array(), [1.0, 2.0, 3.0]));
+            assert!((view.field_of_view_degrees - 40.0).abs() < 1e-12);
+            // What another tool builds of it is the camera again.
+            let [eye, target, up] = [view.eye, view.target, view.up].map(DVec3::from_array);
+            let forward = (target - eye).normalize();
+            assert!((forward - camera.forward).length() < 1e-12);
+            assert!((forward.cross(up).normalize() - camera.right).length() < 1e-12);
+        }
     }
 }

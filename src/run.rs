@@ -18,7 +18,7 @@ use seamwise::inspect;
 use seamwise::progress::Progress;
 use seamwise::read::read;
 use seamwise::repair::repair_file;
-use seamwise::report::{CandidateReport, EvaluateReport, ReferenceReport};
+use seamwise::report::{CandidateReport, EvaluateReport, ReferenceReport, ViewReport};
 use seamwise::write::write_files;
 
 use crate::cli::{BakeArgs, EvaluateArgs, InspectArgs, RepairArgs, SelectArgs};
@@ -80,7 +80,7 @@ pub(crate) fn evaluate(args: &EvaluateArgs, quiet: bool) -> Result<usize> {
     let named = |error| anyhow!("{}: {error}", args.reference.display());
     let reference = load_file(&args.reference, &mut cache).map_err(named)?;
     let options = args.resolve();
-    let against = Reference::new(&reference, options).map_err(named)?;
+    let against = Reference::with_mode(&reference, options, args.mode()).map_err(named)?;
     let (mut candidates, mut scenes) = (Vec::new(), Vec::new());
     for path in &args.candidates {
         let compared = load_file(path, &mut cache).and_then(|scene| {
@@ -109,6 +109,8 @@ pub(crate) fn evaluate(args: &EvaluateArgs, quiet: bool) -> Result<usize> {
             triangles: reference.triangles.len(),
             diagonal: against.diagonal(),
         },
+        mode: args.mode(),
+        views: ViewReport::of(against.rig()),
         candidates,
     };
     say(quiet, &report.to_table())?;
@@ -118,7 +120,7 @@ pub(crate) fn evaluate(args: &EvaluateArgs, quiet: bool) -> Result<usize> {
     }
     if let Some(path) = &args.sheet {
         let rig = Rig::around(&reference, args.sheet_views.into(), options.resolution);
-        let sheet = contact_sheet(&reference, &scenes, &rig).into();
+        let sheet = contact_sheet(&reference, &scenes, &rig, args.mode()).into();
         files.push((path.clone(), encode(&sheet, ImageFormat::Png)?.bytes.to_vec()));
     }
     write_files(&files)?;

@@ -59,6 +59,8 @@ impl Camera {
 /// The cameras that see the reference and every candidate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rig {
+    /// Where all cameras look, in metres of the world.
+    pub center: DVec3,
     /// In a fixed order: each view is as far as can be from those before it.
     pub cameras: Vec<Camera>,
     /// Width and height of each image in pixels.
@@ -85,7 +87,7 @@ impl Rig {
                 Camera::look_at(center + direction * distance, center, FIELD_OF_VIEW, near)
             })
             .collect();
-        Self { cameras, resolution: resolution.max(1) }
+        Self { center, cameras, resolution: resolution.max(1) }
     }
 
     /// The rig around a scene's [`bounding_sphere`].

@@ -53,6 +53,7 @@ impl Default for Options {
 pub struct Reference<'a> {
     scene: &'a Scene,
     options: Options,
+    mode: Mode,
     rig: Rig,
     images: Vec<Image>,
     surface: SampledSurface<'a>,
@@ -125,11 +126,20 @@ impl Way {
 const SEED: u64 = 1;
 
 impl<'a> Reference<'a> {
-    /// Renders and samples a reference.
+    /// Renders and samples a reference, lit.
     ///
     /// # Errors
     /// [`Error::Invalid`] if it has no surface to compare with.
     pub fn new(scene: &'a Scene, options: Options) -> Result<Self> {
+        Self::with_mode(scene, options, Mode::Lit)
+    }
+
+    /// Renders and samples a reference. `mode` is that of all renders: with [`Mode::Unlit`] the
+    /// luminance is that of the base color, and shading normals show in no picture.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] if it has no surface to compare with.
+    pub fn with_mode(scene: &'a Scene, options: Options, mode: Mode) -> Result<Self> {
         let measures = measure(&scene.positions, &scene.triangles);
         if measures.area.is_nan() || measures.area <= 0.0 {
             return Err(Error::invalid("the reference", "it has no surface"));
@@ -137,7 +147,8 @@ impl<'a> Reference<'a> {
         let rig = Rig::around(scene, options.views, options.resolution);
         Ok(Self {
             options,
-            images: render_views(scene, &rig, Mode::Lit),
+            mode,
+            images: render_views(scene, &rig, mode),
             rig,
             surface: SampledSurface::new(&scene.positions, &scene.triangles, options.samples, SEED),
             measures,
@@ -149,6 +160,11 @@ impl<'a> Reference<'a> {
     /// The diagonal of its bounding box, in world units.
     pub fn diagonal(&self) -> f64 {
         self.measures.diagonal
+    }
+
+    /// The cameras that see it and every candidate.
+    pub fn rig(&self) -> &Rig {
+        &self.rig
     }
 
     /// Compares a candidate.
@@ -194,7 +210,7 @@ impl<'a> Reference<'a> {
 
     /// Renders a candidate view by view and sums up the differences.
     fn difference(&self, candidate: &Scene) -> Difference {
-        let views = render_views(candidate, &self.rig, Mode::Lit);
+        let views = render_views(candidate, &self.rig, self.mode);
         let mut pooled = Difference::default();
         for (own, view) in self.images.iter().zip(&views) {
             pooled += Difference::between(own, view);

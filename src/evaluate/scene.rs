@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::{Affine2, Vec2, Vec3, Vec4};
 use seamwise_texture::{Mips, Wrap};
+use serde::Serialize;
 
 /// Triangles of a whole scene in world space, with the materials they wear.
 #[derive(Clone, Debug, Default)]
@@ -85,7 +86,8 @@ pub struct TextureRef {
 }
 
 /// How surfaces are colored.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Mode {
     /// By their material under the fixed light.
     #[default]

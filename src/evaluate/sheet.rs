@@ -18,11 +18,11 @@ const GAIN: f32 = 8.0;
 
 /// Draws each scene in a column of its own, the reference first, seen from each camera of `rig`;
 /// below each picture of a candidate the difference in sRGB luminance to the reference's, eightfold.
-pub fn contact_sheet(reference: &Scene, candidates: &[Scene], rig: &Rig) -> RgbImage {
-    let own = render_views(reference, rig, Mode::Lit);
+pub fn contact_sheet(reference: &Scene, candidates: &[Scene], rig: &Rig, mode: Mode) -> RgbImage {
+    let own = render_views(reference, rig, mode);
     let mut columns = vec![column(&own, None)];
     for candidate in candidates {
-        columns.push(column(&render_views(candidate, rig, Mode::Lit), Some(&own)));
+        columns.push(column(&render_views(candidate, rig, mode), Some(&own)));
     }
     let scale = LEAST_SIDE.div_ceil(rig.resolution as u32);
     let side = rig.resolution as u32 * scale;
@@ -78,7 +78,7 @@ mod tests {
             ..Scene::default()
         };
         let rig = Rig::around(&scene, 1, 128);
-        let sheet = contact_sheet(&scene, std::slice::from_ref(&scene), &rig);
+        let sheet = contact_sheet(&scene, std::slice::from_ref(&scene), &rig, Mode::Lit);
         assert_eq!(sheet.dimensions(), (2 * 260 + 4, 2 * 260 + 4), "twice as large");
         let crop = |x, y| imageops::crop_imm(&sheet, x, y, 256, 256).to_image();
         assert_eq!(crop(4, 4), crop(264, 4));
