@@ -53,7 +53,7 @@ pub fn load(asset: &Asset, cache: &mut TextureCache) -> Result<Scene> {
     for material in 0..asset.count("materials") {
         scene.materials.push(load_material(asset, material, cache)?);
     }
-    scene.materials.push(default_material());
+    scene.materials.push(Material::default());
     for (node, world) in world_nodes(asset)? {
         let at = format!("/nodes/{node}");
         let Some(mesh) = asset.reference(&at, "mesh", "meshes")? else {
@@ -254,26 +254,6 @@ fn texture_ref(asset: &Asset, slot: &TextureSlot, cache: &mut TextureCache) -> R
         uv_set: slot.uv_set,
         transform: slot.transform,
     })
-}
-
-/// What a primitive without a material wears (glTF 2.0 §3.9.6).
-fn default_material() -> Material {
-    Material {
-        base_color: Vec4::ONE,
-        base_color_texture: None,
-        metallic: 1.0,
-        roughness: 1.0,
-        metallic_roughness_texture: None,
-        normal_texture: None,
-        normal_scale: 1.0,
-        occlusion_texture: None,
-        occlusion_strength: 1.0,
-        emissive: Vec3::ZERO,
-        emissive_texture: None,
-        alpha: Alpha::Opaque,
-        double_sided: false,
-        unlit: false,
-    }
 }
 
 #[cfg(test)]

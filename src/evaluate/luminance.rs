@@ -29,6 +29,12 @@ pub struct Difference {
     pub covered_squared_srgb: f64,
     /// Pixels that either image covers, if only at one sample.
     pub covered_pixels: u64,
+    /// Σ (ΔY)² over the pixels in the band around seams.
+    pub seam_squared: f64,
+    /// Σ (ΔY')² over the pixels in the band around seams.
+    pub seam_squared_srgb: f64,
+    /// Pixels in the band around seams.
+    pub seam_pixels: u64,
     /// Samples that both images cover.
     pub samples_both: u64,
     /// Samples that either image covers.
@@ -36,11 +42,12 @@ pub struct Difference {
 }
 
 impl Difference {
-    /// The difference of two images of one camera.
+    /// The difference of two images of one camera; `seams` tells the pixels in the band around seams
+    /// and may be empty.
     ///
     /// # Panics
     /// If their sizes differ.
-    pub fn between(reference: &Image, candidate: &Image) -> Self {
+    pub fn between(reference: &Image, candidate: &Image, seams: &[bool]) -> Self {
         assert_eq!(
             (reference.width, reference.height),
             (candidate.width, candidate.height),
@@ -53,6 +60,8 @@ impl Difference {
             sum.samples_either += u64::from((mask_a | mask_b).count_ones());
             let covered = mask_a | mask_b != 0;
             sum.covered_pixels += u64::from(covered);
+            let at_seam = seams.get(at) == Some(&true);
+            sum.seam_pixels += u64::from(at_seam);
             // Most pixels of most pairs are background in both: spare them the power.
             if a == b {
                 continue;
@@ -65,6 +74,10 @@ impl Difference {
             if covered {
                 sum.covered_squared += linear;
                 sum.covered_squared_srgb += srgb;
+            }
+            if at_seam {
+                sum.seam_squared += linear;
+                sum.seam_squared_srgb += srgb;
             }
         }
         sum
@@ -90,6 +103,16 @@ impl Difference {
         root_mean(self.covered_squared_srgb, self.covered_pixels)
     }
 
+    /// RMS difference of linear luminance in the band around seams; 0 where none is seen.
+    pub fn rms_seams(&self) -> f64 {
+        root_mean(self.seam_squared, self.seam_pixels)
+    }
+
+    /// RMS difference of sRGB-encoded luminance in the band around seams; 0 where none is seen.
+    pub fn rms_seams_srgb(&self) -> f64 {
+        root_mean(self.seam_squared_srgb, self.seam_pixels)
+    }
+
     /// Silhouette overlap: samples covered by both over samples covered by either; 1 where neither
     /// covers any.
     pub fn overlap(&self) -> f64 {
@@ -108,6 +131,9 @@ impl AddAssign for Difference {
         self.covered_squared += other.covered_squared;
         self.covered_squared_srgb += other.covered_squared_srgb;
         self.covered_pixels += other.covered_pixels;
+        self.seam_squared += other.seam_squared;
+        self.seam_squared_srgb += other.seam_squared_srgb;
+        self.seam_pixels += other.seam_pixels;
         self.samples_both += other.samples_both;
         self.samples_either += other.samples_either;
     }
@@ -134,7 +160,7 @@ mod tests {
     #[test]
     fn an_image_against_itself_is_zero() {
         let a = image(&[(0.2, 15), (0.7, 3), (0.5, 0)]);
-        let same = Difference::between(&a, &a);
+        let same = Difference::between(&a, &a, &[]);
         assert_eq!(
             [same.rms(), same.rms_srgb(), same.rms_covered(), same.overlap()],
             [0.0, 0.0, 0.0, 1.0]
@@ -146,7 +172,7 @@ mod tests {
     fn a_known_shift_gives_that_number() {
         let a = image(&[(0.25, 15), (0.25, 15), (0.0, 0), (0.0, 0)]);
         let b = image(&[(0.75, 15), (0.75, 15), (0.0, 0), (0.0, 0)]);
-        let difference = Difference::between(&a, &b);
+        let difference = Difference::between(&a, &b, &[]);
         assert!((difference.rms_covered() - 0.5).abs() < 1e-6);
         assert!((difference.rms() - 0.5 / 2f64.sqrt()).abs() < 1e-6);
         let srgb = f64::from(linear_to_srgb(0.75) - linear_to_srgb(0.25));
@@ -158,13 +184,23 @@ mod tests {
     fn views_pool_as_one_image() {
         let (a, b) = (image(&[(0.1, 15), (0.4, 1)]), image(&[(0.3, 7), (0.4, 2)]));
         let (c, d) = (image(&[(0.9, 0)]), image(&[(0.0, 8)]));
-        let mut pooled = Difference::between(&a, &b);
-        pooled += Difference::between(&c, &d);
+        let mut pooled = Difference::between(&a, &b, &[]);
+        pooled += Difference::between(&c, &d, &[]);
         let whole = Difference::between(
             &image(&[(0.1, 15), (0.4, 1), (0.9, 0)]),
             &image(&[(0.3, 7), (0.4, 2), (0.0, 8)]),
+            &[],
         );
         assert_eq!(pooled, whole);
         assert_eq!((whole.samples_both, whole.samples_either), (3, 7));
+    }
+
+    #[test]
+    fn the_band_around_seams_has_a_mean_of_its_own() {
+        let (a, b) = (image(&[(0.2, 15), (0.2, 15)]), image(&[(0.2, 15), (0.6, 15)]));
+        let difference = Difference::between(&a, &b, &[false, true]);
+        assert_eq!(difference.seam_pixels, 1);
+        assert!((difference.rms_seams() - 0.4).abs() < 1e-6);
+        assert_eq!(Difference::between(&a, &b, &[true, false]).rms_seams(), 0.0);
     }
 }

@@ -9,28 +9,30 @@ pub mod camera;
 pub mod distance;
 mod light;
 pub mod load;
+mod looks;
 pub mod luminance;
+mod metrics;
 mod raster;
 pub mod render;
 pub mod sample;
 pub mod scene;
+mod seams;
 mod shade;
 pub mod sheet;
 pub mod volume;
 
-use seamwise_attr::TriangleId;
-use serde::Serialize;
-
-use glam::{Vec2, Vec3, Vec4};
-
 use crate::error::{Error, Result};
-use appearance::{Appearance, compare_appearance};
+use appearance::compare_appearance;
 use camera::Rig;
-use distance::{Distances, SampledSurface, correspond};
+use distance::{SampledSurface, correspond};
+use looks::count_foldovers;
 use luminance::Difference;
 use render::{Image, render_views};
-use scene::{Mode, Scene, TextureRef};
+use scene::{Mode, Scene};
+use seams::seam_bands;
 use volume::{Measures, Soundness, check_soundness, measure};
+
+pub use metrics::{Metrics, Way};
 
 /// How thoroughly to look.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,70 +58,11 @@ pub struct Reference<'a> {
     mode: Mode,
     rig: Rig,
     images: Vec<Image>,
+    /// One per view: the pixels in the band around the reference's seams.
+    seams: Vec<Vec<bool>>,
     surface: SampledSurface<'a>,
     measures: Measures,
     soundness: Soundness,
-}
-
-/// How far a candidate is from its reference. Distances are over the diagonal of the reference's
-/// bounding box.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Metrics {
-    /// RMS difference in Rec. 709 luminance of linear light, over all pixels of all views.
-    pub rms_luminance: f64,
-    /// The same with luminance encoded as sRGB.
-    pub rms_luminance_srgb: f64,
-    /// [`Metrics::rms_luminance`] over the pixels that either of the two covers.
-    pub rms_luminance_covered: f64,
-    /// [`Metrics::rms_luminance_srgb`] over the pixels that either of the two covers.
-    pub rms_luminance_srgb_covered: f64,
-    /// Silhouettes: what both cover over what either covers.
-    pub silhouette_iou: f64,
-    /// The larger of the two RMS distances.
-    pub distance_rms: f64,
-    /// The larger of the two mean distances.
-    pub distance_mean: f64,
-    /// The larger of the two greatest distances.
-    pub distance_max: f64,
-    /// From the reference to the candidate.
-    pub forward: Way,
-    /// From the candidate to the reference.
-    pub backward: Way,
-    /// RMS difference in sRGB base color at nearest points.
-    pub color_rms: f64,
-    /// RMS angle between shading normals at nearest points, in degrees.
-    pub normal_degrees_rms: f64,
-    /// Signed volume over that of the reference; `None` where that has none.
-    pub volume_ratio: Option<f64>,
-    /// Area over that of the reference.
-    pub area_ratio: f64,
-    /// Triangles without area.
-    pub degenerate_triangles: usize,
-    /// Edges of one triangle, more than the reference has.
-    pub border_edges_gained: i64,
-    /// Edges of three triangles or more, more than the reference has.
-    pub non_manifold_edges_gained: i64,
-}
-
-/// Distances in one direction.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Way {
-    /// Root of the mean square.
-    pub distance_rms: f64,
-    /// Mean.
-    pub distance_mean: f64,
-    /// Greatest, over samples and vertices.
-    pub distance_max: f64,
-}
-
-impl Way {
-    fn new(distances: Distances, diagonal: f64) -> Self {
-        Self {
-            distance_rms: distances.rms / diagonal,
-            distance_mean: distances.mean / diagonal,
-            distance_max: distances.max / diagonal,
-        }
-    }
 }
 
 /// Seed of the samples; any would do, but it must stay.
@@ -149,6 +92,7 @@ impl<'a> Reference<'a> {
             options,
             mode,
             images: render_views(scene, &rig, mode),
+            seams: seam_bands(scene, &rig),
             rig,
             surface: SampledSurface::new(&scene.positions, &scene.triangles, options.samples, SEED),
             measures,
@@ -189,6 +133,9 @@ impl<'a> Reference<'a> {
             rms_luminance_srgb: seen.rms_srgb(),
             rms_luminance_covered: seen.rms_covered(),
             rms_luminance_srgb_covered: seen.rms_covered_srgb(),
+            rms_luminance_seams: seen.rms_seams(),
+            rms_luminance_srgb_seams: seen.rms_seams_srgb(),
+            psnr_srgb: peak_ratio(seen.rms_srgb()),
             silhouette_iou: seen.overlap(),
             distance_rms: both.distance_rms,
             distance_mean: both.distance_mean,
@@ -199,6 +146,7 @@ impl<'a> Reference<'a> {
             normal_degrees_rms: looks.normal_degrees_rms,
             volume_ratio: self.volume_ratio(&measures),
             area_ratio: measures.area / self.measures.area,
+            uv_foldovers: count_foldovers(self.scene, candidate, &backward),
             degenerate_triangles: soundness.degenerate_triangles,
             border_edges_gained: gained(soundness.border_edges, self.soundness.border_edges),
             non_manifold_edges_gained: gained(
@@ -212,8 +160,8 @@ impl<'a> Reference<'a> {
     fn difference(&self, candidate: &Scene) -> Difference {
         let views = render_views(candidate, &self.rig, self.mode);
         let mut pooled = Difference::default();
-        for (own, view) in self.images.iter().zip(&views) {
-            pooled += Difference::between(own, view);
+        for ((own, view), seams) in self.images.iter().zip(&views).zip(&self.seams) {
+            pooled += Difference::between(own, view, seams);
         }
         pooled
     }
@@ -226,47 +174,8 @@ impl<'a> Reference<'a> {
     }
 }
 
-impl Scene {
-    fn interpolate<T>(&self, values: &[T], triangle: TriangleId, at: Vec3) -> T
-    where
-        T: Copy + std::ops::Mul<f32, Output = T> + std::ops::Add<Output = T>,
-    {
-        let [a, b, c] = self.triangles[triangle].map(|vertex| values[vertex as usize]);
-        a * at.x + b * at.y + c * at.z
-    }
-
-    /// A texture at a point of the surface, at full resolution.
-    fn texel(&self, texture: &TextureRef, triangle: TriangleId, at: Vec3) -> Vec4 {
-        let uv: Vec2 = self.interpolate(&self.uvs[texture.uv_set], triangle, at);
-        let uv = texture.transform.transform_point2(uv);
-        Vec4::from_array(texture.mips.sample_bilinear(0, uv, texture.wrap))
-    }
-}
-
-impl Appearance for Scene {
-    fn color(&self, triangle: TriangleId, at: Vec3) -> [f32; 3] {
-        let material = &self.materials[self.triangle_materials[triangle] as usize];
-        let texel = |texture| self.texel(texture, triangle, at);
-        let texture = material.base_color_texture.as_ref().map_or(Vec4::ONE, texel);
-        let color = material.base_color * texture * self.interpolate(&self.colors, triangle, at);
-        color
-            .truncate()
-            .to_array()
-            .map(|x| seamwise_texture::color::linear_to_srgb(x.clamp(0.0, 1.0)))
-    }
-
-    fn normal(&self, triangle: TriangleId, at: Vec3) -> Vec3 {
-        let material = &self.materials[self.triangle_materials[triangle] as usize];
-        let normal = self.interpolate(&self.normals, triangle, at).normalize_or_zero();
-        let Some(map) = &material.normal_texture else {
-            return normal;
-        };
-        let [a, b, c] = self.tangents[triangle];
-        let tangent = (a * at.x + b * at.y + c * at.z).truncate();
-        let bitangent = normal.cross(tangent) * a.w;
-        let mapped = self.texel(map, triangle, at).truncate() * 2.0 - 1.0;
-        let scale = material.normal_scale;
-        (tangent * (mapped.x * scale) + bitangent * (mapped.y * scale) + normal * mapped.z)
-            .normalize_or(normal)
-    }
+/// The peak signal-to-noise ratio of an RMS error on a scale of 0…1, in decibels; `None` where there
+/// is no error at all.
+fn peak_ratio(rms: f64) -> Option<f64> {
+    (rms > 0.0).then(|| -20.0 * rms.log10())
 }

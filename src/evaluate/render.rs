@@ -85,7 +85,7 @@ pub fn render(scene: &Scene, camera: &Camera, resolution: usize, mode: Mode) -> 
 
 /// The nearest opaque or masked triangle at each sample, and the nearest blended one before it if
 /// the scene has any.
-fn find_visible(view: &View<'_>, shader: &Shader<'_>) -> (Layer, Option<Layer>) {
+pub(super) fn find_visible(view: &View<'_>, shader: &Shader<'_>) -> (Layer, Option<Layer>) {
     let scene = view.scene;
     let mut solid = Layer::new(view);
     let mut blended = Vec::new();
@@ -277,7 +277,7 @@ mod tests {
             let material = Material { base_color_texture, ..material() };
             look(&square(1, material, |at| (at * 2.0).extend(0.0)), Mode::Unlit)
         };
-        let difference = Difference::between(&shifted(0.0), &shifted(0.5));
+        let difference = Difference::between(&shifted(0.0), &shifted(0.5), &[]);
         assert!((difference.rms() - 0.005).abs() < 1e-6, "{}", difference.rms());
         assert_eq!((difference.rms(), difference.overlap()), (difference.rms_covered(), 1.0));
     }
@@ -298,7 +298,7 @@ mod tests {
         let mips = Mips::from_plane(&Plane::from_vec(64, 64, 1, data)).unwrap();
         let worn = Material { base_color_texture: texture(mips), ..material() };
         let [coarse, fine] = [1, 40].map(|n| look(&square(n, worn.clone(), tilt), Mode::Lit));
-        let difference = Difference::between(&coarse, &fine);
+        let difference = Difference::between(&coarse, &fine, &[]);
         assert!(difference.rms() < 1e-5, "{}", difference.rms());
         assert_eq!(difference.overlap(), 1.0);
     }
@@ -308,7 +308,7 @@ mod tests {
         let normal_texture = bytes(&[[128, 128, 255, 255]; 4], Encoding::Linear);
         let with = look(&flat(Material { normal_texture, ..material() }), Mode::Lit);
         let without = look(&flat(material()), Mode::Lit);
-        assert!(Difference::between(&with, &without).rms() < 0.002);
+        assert!(Difference::between(&with, &without, &[]).rms() < 0.002);
     }
 
     #[test]
@@ -318,9 +318,9 @@ mod tests {
         let mapped = look(&flat(Material { normal_texture, ..material() }), Mode::Lit);
         let mut leaning = flat(material());
         leaning.normals.fill(Vec3::new(0.0, 0.6, 0.8));
-        assert!(Difference::between(&mapped, &look(&leaning, Mode::Lit)).rms() < 0.002);
+        assert!(Difference::between(&mapped, &look(&leaning, Mode::Lit), &[]).rms() < 0.002);
         leaning.normals.fill(Vec3::new(0.0, -0.6, 0.8));
-        assert!(Difference::between(&mapped, &look(&leaning, Mode::Lit)).rms() > 0.05);
+        assert!(Difference::between(&mapped, &look(&leaning, Mode::Lit), &[]).rms() > 0.05);
     }
 
     #[test]

@@ -61,6 +61,28 @@ pub struct Material {
     pub unlit: bool,
 }
 
+impl Default for Material {
+    /// What a primitive without a material wears (glTF 2.0 §3.9.6).
+    fn default() -> Self {
+        Self {
+            base_color: Vec4::ONE,
+            base_color_texture: None,
+            metallic: 1.0,
+            roughness: 1.0,
+            metallic_roughness_texture: None,
+            normal_texture: None,
+            normal_scale: 1.0,
+            occlusion_texture: None,
+            occlusion_strength: 1.0,
+            emissive: Vec3::ZERO,
+            emissive_texture: None,
+            alpha: Alpha::Opaque,
+            double_sided: false,
+            unlit: false,
+        }
+    }
+}
+
 /// What alpha means for a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Alpha {

@@ -1,0 +1,79 @@
+//! What a scene looks like at a point of its surface.
+
+use glam::{Vec2, Vec3, Vec4};
+use seamwise_attr::TriangleId;
+use seamwise_texture::color::linear_to_srgb;
+
+use super::appearance::Appearance;
+use super::distance::Correspondence;
+use super::scene::{Scene, TextureRef};
+
+impl Scene {
+    /// Twice the signed area of a triangle's UVs in set 0.
+    fn uv_area(&self, triangle: TriangleId) -> f32 {
+        let uv = |vertex: u32| self.uvs[0].get(vertex as usize).copied().unwrap_or_default();
+        let [a, b, c] = self.triangles[triangle].map(uv);
+        (b - a).perp_dot(c - a)
+    }
+
+    fn interpolate<T>(&self, values: &[T], triangle: TriangleId, at: Vec3) -> T
+    where
+        T: Copy + std::ops::Mul<f32, Output = T> + std::ops::Add<Output = T>,
+    {
+        let [a, b, c] = self.triangles[triangle].map(|vertex| values[vertex as usize]);
+        a * at.x + b * at.y + c * at.z
+    }
+
+    /// A texture at a point of the surface, at full resolution.
+    fn texel(&self, texture: &TextureRef, triangle: TriangleId, at: Vec3) -> Vec4 {
+        let uv: Vec2 = self.interpolate(&self.uvs[texture.uv_set], triangle, at);
+        let uv = texture.transform.transform_point2(uv);
+        Vec4::from_array(texture.mips.sample_bilinear(0, uv, texture.wrap))
+    }
+}
+
+impl Appearance for Scene {
+    fn color(&self, triangle: TriangleId, at: Vec3) -> [f32; 3] {
+        let material = &self.materials[self.triangle_materials[triangle] as usize];
+        let texel = |texture| self.texel(texture, triangle, at);
+        let texture = material.base_color_texture.as_ref().map_or(Vec4::ONE, texel);
+        let color = material.base_color * texture * self.interpolate(&self.colors, triangle, at);
+        color.truncate().to_array().map(|x| linear_to_srgb(x.clamp(0.0, 1.0)))
+    }
+
+    fn normal(&self, triangle: TriangleId, at: Vec3) -> Vec3 {
+        let material = &self.materials[self.triangle_materials[triangle] as usize];
+        let normal = self.interpolate(&self.normals, triangle, at).normalize_or_zero();
+        let Some(map) = &material.normal_texture else {
+            return normal;
+        };
+        let [a, b, c] = self.tangents[triangle];
+        let tangent = (a * at.x + b * at.y + c * at.z).truncate();
+        let bitangent = normal.cross(tangent) * a.w;
+        let mapped = self.texel(map, triangle, at).truncate() * 2.0 - 1.0;
+        let scale = material.normal_scale;
+        (tangent * (mapped.x * scale) + bitangent * (mapped.y * scale) + normal * mapped.z)
+            .normalize_or(normal)
+    }
+}
+
+/// Triangles of `candidate` that hold samples, all of which lie on triangles of `reference` whose
+/// UVs in set 0 run the other way round. `pairs` are those at samples of the candidate.
+pub(super) fn count_foldovers(
+    reference: &Scene,
+    candidate: &Scene,
+    pairs: &Correspondence,
+) -> usize {
+    let mut votes = vec![(0u32, 0u32); candidate.triangles.len()];
+    for pair in &pairs.pairs {
+        let own = candidate.uv_area(pair.sample.triangle);
+        let other = reference.uv_area(pair.target.triangle);
+        let (same, turned) = &mut votes[pair.sample.triangle];
+        if own * other < 0.0 {
+            *turned += 1;
+        } else {
+            *same += 1;
+        }
+    }
+    votes.iter().filter(|(same, turned)| *same == 0 && *turned > 0).count()
+}

@@ -1,0 +1,77 @@
+//! The figures of a comparison.
+
+use serde::Serialize;
+
+use super::distance::Distances;
+
+/// How far a candidate is from its reference. Distances are over the diagonal of the reference's
+/// bounding box.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Metrics {
+    /// RMS difference in Rec. 709 luminance of linear light, over all pixels of all views.
+    pub rms_luminance: f64,
+    /// The same with luminance encoded as sRGB.
+    pub rms_luminance_srgb: f64,
+    /// [`Metrics::rms_luminance`] over the pixels that either of the two covers.
+    pub rms_luminance_covered: f64,
+    /// [`Metrics::rms_luminance_srgb`] over the pixels that either of the two covers.
+    pub rms_luminance_srgb_covered: f64,
+    /// [`Metrics::rms_luminance`] over the pixels within two of a seam of the reference: where an
+    /// atlas that bleeds shows.
+    pub rms_luminance_seams: f64,
+    /// [`Metrics::rms_luminance_srgb`] over the pixels within two of a seam of the reference.
+    pub rms_luminance_srgb_seams: f64,
+    /// Peak signal-to-noise ratio of [`Metrics::rms_luminance_srgb`] in decibels; `None` where there
+    /// is no difference.
+    pub psnr_srgb: Option<f64>,
+    /// Silhouettes: what both cover over what either covers.
+    pub silhouette_iou: f64,
+    /// The larger of the two RMS distances.
+    pub distance_rms: f64,
+    /// The larger of the two mean distances.
+    pub distance_mean: f64,
+    /// The larger of the two greatest distances.
+    pub distance_max: f64,
+    /// From the reference to the candidate.
+    pub forward: Way,
+    /// From the candidate to the reference.
+    pub backward: Way,
+    /// RMS difference in sRGB base color at nearest points.
+    pub color_rms: f64,
+    /// RMS angle between shading normals at nearest points, in degrees.
+    pub normal_degrees_rms: f64,
+    /// Signed volume over that of the reference; `None` where that has none.
+    pub volume_ratio: Option<f64>,
+    /// Area over that of the reference.
+    pub area_ratio: f64,
+    /// Triangles whose UVs are turned over where the nearest of the reference's are not, or the other
+    /// way round; of those that hold a sample.
+    pub uv_foldovers: usize,
+    /// Triangles without area.
+    pub degenerate_triangles: usize,
+    /// Edges of one triangle, more than the reference has.
+    pub border_edges_gained: i64,
+    /// Edges of three triangles or more, more than the reference has.
+    pub non_manifold_edges_gained: i64,
+}
+
+/// Distances in one direction.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Way {
+    /// Root of the mean square.
+    pub distance_rms: f64,
+    /// Mean.
+    pub distance_mean: f64,
+    /// Greatest, over samples and vertices.
+    pub distance_max: f64,
+}
+
+impl Way {
+    pub(super) fn new(distances: Distances, diagonal: f64) -> Self {
+        Self {
+            distance_rms: distances.rms / diagonal,
+            distance_mean: distances.mean / diagonal,
+            distance_max: distances.max / diagonal,
+        }
+    }
+}
