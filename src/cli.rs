@@ -223,6 +223,13 @@ pub(crate) struct EvaluateArgs {
     /// Write the figures as JSON.
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
+    /// Write the figures as CSV, a row for each candidate.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) csv: Option<PathBuf>,
+    /// Fill the reference's atlases in memory first, so that what bleeds in it does not count as
+    /// right.
+    #[arg(long)]
+    pub(crate) clean_reference: bool,
     /// Draw the reference and all candidates side by side, and where they differ.
     #[arg(long, value_name = "FILE.png")]
     pub(crate) sheet: Option<PathBuf>,

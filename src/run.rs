@@ -6,6 +6,7 @@ use std::path::Path;
 use anyhow::{Result, anyhow, bail};
 
 use seamwise::asset::ImageFormat;
+use seamwise::atlas::{encode_repaired, repair_all};
 use seamwise::bake::{self, Input};
 use seamwise::certificate::{largest_sizes, select_level};
 use seamwise::evaluate::Reference;
@@ -78,7 +79,7 @@ pub(crate) fn repair(args: &RepairArgs, quiet: bool) -> Result<usize> {
 pub(crate) fn evaluate(args: &EvaluateArgs, quiet: bool) -> Result<usize> {
     let mut cache = TextureCache::default();
     let named = |error| anyhow!("{}: {error}", args.reference.display());
-    let reference = load_file(&args.reference, &mut cache).map_err(named)?;
+    let reference = load_reference(args, &mut cache).map_err(named)?;
     let options = args.resolve();
     let against = Reference::with_mode(&reference, options, args.mode()).map_err(named)?;
     let (mut candidates, mut scenes) = (Vec::new(), Vec::new());
@@ -118,6 +119,9 @@ pub(crate) fn evaluate(args: &EvaluateArgs, quiet: bool) -> Result<usize> {
     if let Some(path) = &args.json {
         files.push((path.clone(), report.to_json()?.into_bytes()));
     }
+    if let Some(path) = &args.csv {
+        files.push((path.clone(), report.to_csv()?.into_bytes()));
+    }
     if let Some(path) = &args.sheet {
         let rig = Rig::around(&reference, args.sheet_views.into(), options.resolution);
         let sheet = contact_sheet(&reference, &scenes, &rig, args.mode()).into();
@@ -128,6 +132,14 @@ pub(crate) fn evaluate(args: &EvaluateArgs, quiet: bool) -> Result<usize> {
         bail!("nothing was compared");
     }
     Ok(failed)
+}
+
+fn load_reference(args: &EvaluateArgs, cache: &mut TextureCache) -> seamwise::error::Result<Scene> {
+    let mut asset = read(&args.reference)?;
+    if args.clean_reference {
+        asset.images = encode_repaired(&asset, &repair_all(&asset)?)?;
+    }
+    load(&asset, cache)
 }
 
 fn load_file(path: &Path, cache: &mut TextureCache) -> seamwise::error::Result<Scene> {
