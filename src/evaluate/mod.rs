@@ -7,6 +7,7 @@
 pub mod appearance;
 pub mod camera;
 pub mod distance;
+mod farthest;
 mod light;
 pub mod load;
 pub mod luminance;
@@ -108,7 +109,7 @@ pub struct Way {
     pub distance_rms: f64,
     /// Mean.
     pub distance_mean: f64,
-    /// Greatest, over samples and vertices.
+    /// Greatest of any point, within 1 % and 1e-5 of the diagonal.
     pub distance_max: f64,
 }
 
