@@ -48,4 +48,5 @@ pub use quadric::{Gradient, PointQuadric};
 pub use simplify::{Options, Stop};
 pub use surface::{Foot, Hit, Nearest, Surface};
 pub use tangent::{TangentInput, compute_tangents};
+pub use triangle::closest_on_triangle;
 pub use weld::{Vertices, Welded, weld};

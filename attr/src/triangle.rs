@@ -20,7 +20,7 @@ const LINE_SINE: f64 = 1e-12;
 /// an edge whose barycentric is negative: seen from a point that is inside an edge's line, that
 /// edge is not what is nearest. A line or a point for a triangle is answered by its edges.
 /// Finite input gives finite output, but for squares beyond the range of f64, which f32 cannot name.
-pub(crate) fn closest_on_triangle(p: DVec3, corners: &[Vec3; 3]) -> (DVec3, DVec3, f64) {
+pub fn closest_on_triangle(p: DVec3, corners: &[Vec3; 3]) -> (DVec3, DVec3, f64) {
     let [a, b, c] = corners.map(|corner| corner.as_dvec3() - p);
     let (ab, bc, ca) = (b - a, c - b, a - c);
     let normal = ab.cross(bc);

@@ -20,6 +20,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use seamwise_attr::{Foot, Surface, TriangleId};
 
+use super::farthest::{Target, farthest};
 use super::sample::{Sample, sample_surface};
 use super::volume::{area_vector, bounding_diagonal};
 
@@ -133,8 +134,8 @@ pub struct Pair {
 pub struct Correspondence {
     /// One per sample, in their order.
     pub pairs: Vec<Pair>,
-    /// The largest distance of a vertex.
-    pub vertex_max: f64,
+    /// The greatest distance of any point, within 1 % and 1e-5 of the diagonal.
+    pub greatest: f64,
 }
 
 /// Distances of one surface to another, in the unit of the positions.
@@ -144,7 +145,7 @@ pub struct Distances {
     pub rms: f64,
     /// Mean over the samples.
     pub mean: f64,
-    /// Maximum over the samples and the vertices.
+    /// The greatest of any point, within 1 % and 1e-5 of the diagonal.
     pub max: f64,
 }
 
@@ -165,11 +166,7 @@ impl Correspondence {
         let count = self.pairs.len().max(1) as f64;
         let sum: f64 = self.pairs.iter().map(|pair| pair.distance).sum();
         let squares: f64 = self.pairs.iter().map(|pair| pair.distance * pair.distance).sum();
-        Distances {
-            rms: (squares / count).sqrt(),
-            mean: sum / count,
-            max: self.pairs.iter().map(|pair| pair.distance).fold(self.vertex_max, f64::max),
-        }
+        Distances { rms: (squares / count).sqrt(), mean: sum / count, max: self.greatest }
     }
 }
 
@@ -187,7 +184,9 @@ pub fn correspond(from: &SampledSurface<'_>, to: &SampledSurface<'_>) -> Option<
         .par_chunks(CHUNK)
         .map(|samples| samples.iter().filter_map(|s| pair(from, to, &shared, *s)).collect())
         .collect();
-    Some(Correspondence { pairs: pairs.concat(), vertex_max: vertex_max(from, to, &shared) })
+    let pairs = pairs.concat();
+    let greatest = greatest_distance(from, to, &shared, &pairs);
+    Some(Correspondence { pairs, greatest })
 }
 
 /// The counterpart of one sample. None if its position overflows.
@@ -219,23 +218,38 @@ fn pair(
     Some(Pair { sample, target: Sample { triangle, barycentrics }, distance })
 }
 
-/// The largest distance to `to` of a vertex of `from`, but those of shared triangles.
-fn vertex_max(
+/// The greatest distance to `to` of any point of `from`, but those of shared triangles. Of a
+/// triangle without area only the corners count.
+fn greatest_distance(
     from: &SampledSurface<'_>,
     to: &SampledSurface<'_>,
     shared: &[Option<(TriangleId, usize)>],
+    pairs: &[Pair],
 ) -> f64 {
     let mut used = vec![false; from.positions.len()];
-    for (triangle, shared) in from.triangles.iter().zip(shared) {
-        if shared.is_none() {
+    let mut own = Vec::new();
+    for (index, triangle) in from.triangles.iter().enumerate() {
+        let id = TriangleId::new(index);
+        if shared[id].is_none() {
             triangle.iter().for_each(|&p| used[p as usize] = true);
+            if from.normal(id) != DVec3::ZERO {
+                own.push(from.corners(id));
+            }
         }
     }
     let vertices: Vec<Vec3> =
         from.positions.iter().zip(&used).filter(|(_, used)| **used).map(|(p, _)| *p).collect();
     let distance = |p: &Vec3| to.surface.closest_foot(p.as_dvec3(), f64::INFINITY, |_| true);
     let squares = vertices.par_iter().filter_map(distance).map(|foot| foot.distance_squared);
-    squares.reduce(|| 0.0, f64::max).sqrt()
+    let of_vertices = squares.reduce(|| 0.0, f64::max).sqrt();
+    let known = pairs.iter().map(|pair| pair.distance).fold(of_vertices, f64::max);
+    let target = Target {
+        positions: to.positions,
+        triangles: to.triangles,
+        surface: &to.surface,
+        diagonal: to.diagonal,
+    };
+    farthest(own, &target, known)
 }
 
 #[cfg(test)]

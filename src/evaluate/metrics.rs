@@ -62,7 +62,7 @@ pub struct Way {
     pub distance_rms: f64,
     /// Mean.
     pub distance_mean: f64,
-    /// Greatest, over samples and vertices.
+    /// Greatest of any point, within 1 % and 1e-5 of the diagonal.
     pub distance_max: f64,
 }
 

@@ -7,6 +7,7 @@
 pub mod appearance;
 pub mod camera;
 pub mod distance;
+mod farthest;
 mod light;
 pub mod load;
 mod looks;

@@ -1,0 +1,158 @@
+//! The greatest distance of a surface to another, by bounds instead of samples alone.
+//!
+//! The distance to a surface has narrow peaks: at a corner that was cut off, in a slit that was
+//! closed. Samples miss their tips. So each triangle is given a bound above which no point of it can
+//! lie; one whose bound exceeds the greatest distance found so far is cut into four, and so on. Two
+//! bounds hold, and the lesser is taken: a distance changes no faster than the point moves, so
+//! d(center) + radius; and the distance to a single triangle is convex, so it is greatest at a
+//! corner, and the distance to all of the surface is nowhere more (Guthe, Borodin & Klein, "Fast and
+//! accurate Hausdorff distance calculation between meshes", WSCG 2005; Tang, Lee & Kim,
+//! "Interactive Hausdorff distance computation for general polygonal models", SIGGRAPH 2009).
+//!
+//! Guarantee: the result is the distance of a point of the surface, and no point is farther by more
+//! than [`TOLERANCE`] of it and [`FLOOR`] of the diagonal. Not guaranteed where that takes more than
+//! [`MAX_PIECES`] at a time, as for surfaces that touch nearly everywhere along edges cut otherwise:
+//! then it is a lower bound only.
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+use seamwise_attr::{Surface, closest_on_triangle};
+
+/// How much farther than the result a point may be, over the result.
+pub(super) const TOLERANCE: f64 = 0.01;
+/// How much farther it may be besides, over the diagonal.
+pub(super) const FLOOR: f64 = 1e-5;
+/// Triangles and parts of triangles that are looked at in one round.
+pub(super) const MAX_PIECES: usize = 1 << 20;
+/// More halvings than this leave of any triangle a point, in f64.
+const MAX_ROUNDS: usize = 48;
+
+/// What distances are measured to.
+pub(super) struct Target<'a> {
+    pub(super) positions: &'a [Vec3],
+    pub(super) triangles: &'a [[u32; 3]],
+    pub(super) surface: &'a Surface,
+    /// Of the bounding box; the unit of [`FLOOR`].
+    pub(super) diagonal: f64,
+}
+
+impl Target<'_> {
+    /// The distance of the center of a piece, and a bound on that of all its points. None if it is
+    /// not finite.
+    fn bound(&self, piece: &[DVec3; 3]) -> Option<(f64, f64)> {
+        let center = piece.iter().sum::<DVec3>() / 3.0;
+        let foot = self.surface.closest_foot(center, f64::INFINITY, |_| true)?;
+        let distance = foot.distance_squared.sqrt();
+        let nearest = self.triangles[foot.triangle].map(|p| self.positions[p as usize]);
+        let greatest = |of: &dyn Fn(DVec3) -> f64| piece.iter().map(|&p| of(p)).fold(0.0, f64::max);
+        let radius = greatest(&|corner| corner.distance(center));
+        let to_nearest = greatest(&|corner| closest_on_triangle(corner, &nearest).2).sqrt();
+        Some((distance, to_nearest.min(distance + radius)))
+    }
+}
+
+/// The greatest distance to `target` of a point of `pieces`, triangles of three corners, or
+/// `at_least`, the distance of a point that is known already, if that is more.
+///
+/// The same at any thread count.
+pub(super) fn farthest(mut pieces: Vec<[DVec3; 3]>, target: &Target<'_>, at_least: f64) -> f64 {
+    let mut greatest = at_least;
+    for _ in 0..MAX_ROUNDS {
+        let bounds: Vec<Option<(f64, f64)>> =
+            pieces.par_iter().map(|piece| target.bound(piece)).collect();
+        let distances = bounds.iter().flatten().map(|bound| bound.0);
+        greatest = distances.fold(greatest, f64::max);
+        let enough = greatest * (1.0 + TOLERANCE) + FLOOR * target.diagonal;
+        let open = |bound: &Option<(f64, f64)>| bound.is_some_and(|(_, most)| most > enough);
+        let cut: Vec<[DVec3; 3]> = pieces
+            .iter()
+            .zip(&bounds)
+            .filter(|(_, bound)| open(bound))
+            .flat_map(|(piece, _)| quarter(*piece))
+            .collect();
+        if cut.is_empty() || cut.len() > MAX_PIECES {
+            break;
+        }
+        pieces = cut;
+    }
+    greatest
+}
+
+/// A triangle cut at the middles of its edges.
+fn quarter([a, b, c]: [DVec3; 3]) -> [[DVec3; 3]; 4] {
+    let (ab, bc, ca) = ((a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0);
+    [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn farthest_of(piece: [Vec3; 3], positions: &[Vec3], triangles: &[[u32; 3]]) -> f64 {
+        let surface = Surface::new(positions, triangles.iter().copied());
+        let target = Target { positions, triangles, surface: &surface, diagonal: 1.0 };
+        farthest(vec![piece.map(|p| p.as_dvec3())], &target, 0.0)
+    }
+
+    /// The edges of a triangular hole around the z axis, of radius 1, as three slivers.
+    fn ring() -> (Vec<Vec3>, Vec<[u32; 3]>) {
+        let at = |k: u16| {
+            let (sin, cos) = (f32::from(k) * std::f32::consts::TAU / 3.0).sin_cos();
+            Vec3::new(cos, sin, 0.0)
+        };
+        ((0..3).map(at).collect(), vec![[0, 1, 1], [1, 2, 2], [2, 0, 0]])
+    }
+
+    #[test]
+    fn the_middle_of_a_filled_hole_is_found() {
+        // Corners and edges of the filling lie on the ring; its center is 1/2 away.
+        let (positions, triangles) = ring();
+        let piece = [positions[0], positions[1], positions[2]];
+        assert!((farthest_of(piece, &positions, &triangles) - 0.5).abs() < 1e-6);
+        // Off the center, where no center of a piece lies.
+        let aside = [positions[0] * 1.7, positions[1], positions[2]];
+        let found = farthest_of(aside, &positions, &triangles);
+        assert!((0.5..=0.7 + 1e-6).contains(&found), "{found}");
+    }
+
+    #[test]
+    fn a_part_of_a_plane_is_nowhere_away_from_it() {
+        let positions = [Vec3::ZERO, Vec3::X, Vec3::ONE - Vec3::Z, Vec3::Y];
+        let piece = [Vec3::new(0.1, 0.2, 0.0), Vec3::new(0.9, 0.1, 0.0), Vec3::new(0.5, 0.9, 0.0)];
+        assert!(farthest_of(piece, &positions, &[[0, 1, 2], [0, 2, 3]]) < 1e-15);
+    }
+
+    #[test]
+    fn what_is_not_finite_is_passed_over() {
+        let piece = [Vec3::NAN, Vec3::X, Vec3::Y];
+        assert_eq!(farthest_of(piece, &[Vec3::ZERO], &[[0, 0, 0]]), 0.0);
+    }
+
+    fn point() -> impl Strategy<Value = Vec3> {
+        prop::array::uniform3(-1.0f32..1.0).prop_map(Vec3::from_array)
+    }
+
+    proptest! {
+        #[test]
+        fn no_point_of_a_grid_is_farther(
+            piece in prop::array::uniform3(point()),
+            positions in prop::collection::vec(point(), 6),
+        ) {
+            let triangles = [[0, 1, 2], [3, 4, 5]];
+            let found = farthest_of(piece, &positions, &triangles);
+            let surface = Surface::new(&positions, triangles);
+            let [a, b, c] = piece.map(|p| p.as_dvec3());
+            let mut greatest = 0.0f64;
+            for (i, j) in (0..=40u8).flat_map(|i| (0..=40 - i).map(move |j| (i, j))) {
+                let (u, v) = (f64::from(i) / 40.0, f64::from(j) / 40.0);
+                let point = a + (b - a) * u + (c - a) * v;
+                let foot = surface.closest_foot(point, f64::INFINITY, |_| true).unwrap();
+                greatest = greatest.max(foot.distance_squared.sqrt());
+            }
+            prop_assert!(greatest <= found * (1.0 + TOLERANCE) + FLOOR, "{greatest} {found}");
+            // And it is the distance of a point: at most what the grid can have missed.
+            prop_assert!(found <= greatest + 0.1);
+        }
+    }
+}
