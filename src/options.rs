@@ -14,6 +14,15 @@ pub struct BakeOptions {
     pub textures: Textures,
     /// How the levels are evaluated, if they are.
     pub evaluate: Option<evaluate::Options>,
+    /// Whether a page with charts and pictures is written.
+    pub report: Option<ReportOptions>,
+}
+
+/// What the page of a bake shows beyond its results.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ReportOptions {
+    /// The time of the same bake on 1, 2, … threads up to all, which runs it as many times more.
+    pub threads: bool,
 }
 
 impl Default for BakeOptions {
@@ -23,6 +32,7 @@ impl Default for BakeOptions {
             max_error: None,
             textures: Textures::Repair,
             evaluate: Some(evaluate::Options::default()),
+            report: None,
         }
     }
 }

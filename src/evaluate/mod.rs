@@ -7,6 +7,7 @@
 pub mod appearance;
 pub mod camera;
 pub mod distance;
+pub mod heat;
 mod light;
 pub mod load;
 pub mod luminance;
@@ -17,6 +18,7 @@ pub mod scene;
 mod shade;
 pub mod sheet;
 pub mod volume;
+pub mod wireframe;
 
 use seamwise_attr::TriangleId;
 use serde::Serialize;

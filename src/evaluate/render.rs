@@ -85,7 +85,7 @@ pub fn render(scene: &Scene, camera: &Camera, resolution: usize, mode: Mode) -> 
 
 /// The nearest opaque or masked triangle at each sample, and the nearest blended one before it if
 /// the scene has any.
-fn find_visible(view: &View<'_>, shader: &Shader<'_>) -> (Layer, Option<Layer>) {
+pub(super) fn find_visible(view: &View<'_>, shader: &Shader<'_>) -> (Layer, Option<Layer>) {
     let scene = view.scene;
     let mut solid = Layer::new(view);
     let mut blended = Vec::new();
