@@ -2,6 +2,7 @@
 //! the order of the stages.
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use rayon::prelude::*;
@@ -9,7 +10,7 @@ use seamwise_attr::{self as attr, Level, simplify_chain};
 use serde_json::{Value, json};
 
 use crate::asset::{Asset, EncodedImage};
-use crate::atlas::{encode_repaired, repair_all};
+use crate::atlas::{ImageRepair, encode_repaired, repair_all};
 use crate::certificate::{Screen, certificate, certify};
 use crate::error::{Error, Result};
 use crate::evaluate::load::{TextureCache, load};
@@ -20,6 +21,9 @@ use crate::options::{BakeOptions, Textures};
 use crate::parts::level_parts;
 use crate::progress::Progress;
 use crate::read;
+use crate::report::html::{Extras, bake_page};
+use crate::report::pictures::{Gallery, draw_atlases};
+use crate::report::threads::time_threads;
 use crate::report::{BakeReport, InputReport, LevelReport, Seconds, peak_memory};
 use crate::write::{refuse_overwriting, to_glb, write_files};
 
@@ -43,13 +47,14 @@ impl Input<'_> {
         }
     }
 
-    /// The files that a bake of `levels` levels writes into `folder`: the levels, the finest first,
-    /// then all of them in one, then the report.
-    pub fn outputs(&self, folder: &Path, levels: usize) -> Vec<PathBuf> {
+    /// The files that a bake writes into `folder`: the levels, the finest first, then all of them
+    /// in one, then the report, then its page if there is to be one.
+    pub fn outputs(&self, folder: &Path, options: &BakeOptions) -> Vec<PathBuf> {
         let stem = self.stem();
-        let levels = (1..=levels).map(|level| format!("{stem}_lod{level}.glb"));
+        let levels = (1..=options.targets.count()).map(|level| format!("{stem}_lod{level}.glb"));
         let names = levels.chain([format!("{stem}.glb"), format!("{stem}.json")]);
-        names.map(|name| folder.join(name)).collect()
+        let page = options.report.map(|_| format!("{stem}.html"));
+        names.chain(page).map(|name| folder.join(name)).collect()
     }
 
     /// Makes sure that this input is not among the outputs.
@@ -72,7 +77,8 @@ impl Input<'_> {
 }
 
 /// Bakes the levels of one asset into `folder`: `<stem>_lod1.glb` and so on, `<stem>.glb` with all
-/// of them, and `<stem>.json` with what was measured. Either all of them are written or none.
+/// of them, `<stem>.json` with what was measured, and `<stem>.html` with the same in charts and
+/// pictures if the options ask for it. Either all of them are written or none.
 ///
 /// # Errors
 /// [`Error::Io`], [`Error::Invalid`] or [`Error::Unsupported`] if the asset can't be read;
@@ -83,33 +89,59 @@ pub fn bake(
     options: &BakeOptions,
     progress: &Progress,
 ) -> Result<BakeReport> {
-    let outputs = input.outputs(folder, options.targets.count());
+    let outputs = input.outputs(folder, options);
     input.refuse_overwriting(&outputs)?;
+    let Baked { mut files, report, mut extras } = bake_in_memory(input, options, progress)?;
+    files.push(report.to_json()?.into_bytes());
+    if let Some(page) = options.report {
+        if page.threads {
+            let again = BakeOptions { report: None, ..options.clone() };
+            extras.threads = time_threads(rayon::current_num_threads(), || {
+                bake_in_memory(input, &again, &Progress::hidden())
+            })?;
+        }
+        files.push(bake_page(&report, &extras)?.into_bytes());
+    }
+    std::fs::create_dir_all(folder).map_err(|error| Error::io(folder, error))?;
+    write_files(&outputs.into_iter().zip(files).collect::<Vec<_>>())?;
+    Ok(report)
+}
+
+/// What a bake makes.
+struct Baked {
+    /// The levels, the finest first, then all of them in one.
+    files: Vec<Vec<u8>>,
+    report: BakeReport,
+    /// For the page.
+    extras: Extras,
+}
+
+fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> Result<Baked> {
     let mut clock = Clock::default();
     let asset = clock.time(|s| &mut s.read, || input.read())?;
     let geometries = clock.time(|s| &mut s.weld, || weld_all(&asset))?;
     let chains =
         clock.time(|s| &mut s.simplify, || simplify_all(&geometries, options, progress))?;
-    let images = clock.time(|s| &mut s.repair, || finish_images(&asset, options))?;
+    let repairs = clock.time(|s| &mut s.repair, || repair_images(&asset, options))?;
+    let images = clock.time(|s| &mut s.repair, || finish_images(&asset, repairs.as_deref()))?;
+    let mut extras = Extras::default();
+    if let (Some(repairs), Some(_)) = (repairs, options.report) {
+        extras.atlases = clock.time(|s| &mut s.report, || draw_atlases(&asset, &repairs))?;
+    }
     let parts: Vec<Vec<LevelMesh<'_>>> =
         clock.time(|s| &mut s.write, || level_meshes(&geometries, &chains))?;
-    let mut levels: Vec<Asset> = clock.time(
-        |s| &mut s.write,
-        || {
-            parts
-                .par_iter()
-                .map(|meshes| level_asset(&asset, meshes, &images))
-                .collect::<Result<_>>()
-        },
-    )?;
-    let measured = clock.time(
-        |s| &mut s.evaluate,
-        || match &options.evaluate {
-            Some(evaluation) => evaluate_all(&asset, &levels, *evaluation, progress).map(Some),
-            None => Ok(None),
-        },
-    )?;
-    let mut files = clock.time(
+    let mut levels = clock.time(|s| &mut s.write, || level_assets(&asset, &parts, &images))?;
+    let mut textures = TextureCache::default();
+    let mut measured = None;
+    if let Some(evaluation) = options.evaluate {
+        let measure = || evaluate_all(&asset, &levels, evaluation, &mut textures, progress);
+        measured = Some(clock.time(|s| &mut s.evaluate, measure)?);
+    }
+    if options.report.is_some() {
+        let draw = || draw_all(&asset, &levels, &mut textures, progress);
+        extras.gallery = Some(clock.time(|s| &mut s.report, draw)?);
+    }
+    let files = clock.time(
         |s| &mut s.write,
         || {
             let chain = Chain { asset: &asset, parts: &parts, images: &images };
@@ -124,10 +156,7 @@ pub fn bake(
         seconds: clock.seconds,
         peak_memory_bytes: peak_memory(),
     };
-    files.push(report.to_json()?.into_bytes());
-    std::fs::create_dir_all(folder).map_err(|error| Error::io(folder, error))?;
-    write_files(&outputs.into_iter().zip(files).collect::<Vec<_>>())?;
-    Ok(report)
+    Ok(Baked { files, report, extras })
 }
 
 /// What all files of a bake are made from.
@@ -239,10 +268,18 @@ fn triangle_count(geometries: &[Geometry]) -> usize {
     geometries.iter().map(|geometry| geometry.welded.mesh.triangles.len()).sum()
 }
 
-fn finish_images(asset: &Asset, options: &BakeOptions) -> Result<Vec<EncodedImage>> {
+/// What became of each image, if they are to be repaired.
+fn repair_images(asset: &Asset, options: &BakeOptions) -> Result<Option<Vec<ImageRepair>>> {
     match options.textures {
-        Textures::Keep => Ok(asset.images.clone()),
-        Textures::Repair => encode_repaired(asset, &repair_all(asset)?),
+        Textures::Keep => Ok(None),
+        Textures::Repair => repair_all(asset).map(Some),
+    }
+}
+
+fn finish_images(asset: &Asset, repairs: Option<&[ImageRepair]>) -> Result<Vec<EncodedImage>> {
+    match repairs {
+        None => Ok(asset.images.clone()),
+        Some(repairs) => encode_repaired(asset, repairs),
     }
 }
 
@@ -265,21 +302,47 @@ fn level_meshes<'a>(
         .collect()
 }
 
+/// The levels as documents.
+fn level_assets(
+    asset: &Asset,
+    parts: &[Vec<LevelMesh<'_>>],
+    images: &[EncodedImage],
+) -> Result<Vec<Asset>> {
+    parts.par_iter().map(|meshes| level_asset(asset, meshes, images)).collect()
+}
+
+/// The source and the levels in pictures.
+fn draw_all(
+    asset: &Asset,
+    levels: &[Asset],
+    textures: &mut TextureCache,
+    progress: &Progress,
+) -> Result<Gallery> {
+    progress.stage("draw", levels.len() + 1, |done| {
+        let mut gallery = Gallery::new(&load(asset, textures)?)?;
+        for level in levels {
+            done.fetch_add(1, Ordering::Relaxed);
+            gallery.add(&load(level, textures)?)?;
+        }
+        Ok(gallery)
+    })
+}
+
 fn evaluate_all(
     asset: &Asset,
     levels: &[Asset],
     options: evaluate::Options,
+    textures: &mut TextureCache,
     progress: &Progress,
 ) -> Result<Measured> {
     progress.stage("evaluate", levels.len() + 1, |done| {
-        let mut cache = TextureCache::default();
-        let scene = load(asset, &mut cache)?;
+        let scene = load(asset, textures)?;
         let reference = Reference::new(&scene, options)?;
-        let count = || done.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+        let count = || done.fetch_add(1, Ordering::Relaxed);
         count();
         let mut metrics = Vec::with_capacity(levels.len());
         for level in levels {
-            metrics.push(reference.compare(&load(level, &mut cache)?)?);
+            metrics.push(reference.compare(&load(level, textures)?)?);
             count();
         }
         Ok(Measured { metrics, diagonal: reference.diagonal() })

@@ -8,7 +8,7 @@ use seamwise::certificate::Screen;
 use seamwise::error::{Error, Result};
 use seamwise::evaluate;
 use seamwise::evaluate::scene::Mode;
-use seamwise::options::{BakeOptions, Targets, Textures};
+use seamwise::options::{BakeOptions, ReportOptions, Targets, Textures};
 use seamwise::repair::{Background, MeshOptions, RepairOptions};
 use seamwise_texture::Role;
 
@@ -47,7 +47,8 @@ pub(crate) enum Command {
 #[derive(Debug, Args)]
 #[command(after_help = "Example: seamwise bake helmet.gltf -o out --ratios 0.5,0.1\n\n\
     Writes out/helmet_lod1.glb and so on, one level each; out/helmet.glb with the source and all\n\
-    levels (MSFT_lod); and out/helmet.json with what was measured.")]
+    levels (MSFT_lod); out/helmet.json with what was measured; and with --report out/helmet.html\n\
+    with the same in charts and pictures.")]
 pub(crate) struct BakeArgs {
     /// .glb or .gltf files; the sample asset if none is given.
     pub(crate) inputs: Vec<PathBuf>,
@@ -81,6 +82,12 @@ pub(crate) struct BakeArgs {
     /// How many pixels a level's surface may be off where it is shown.
     #[arg(long, default_value_t = Screen::default().pixel_tolerance, value_name = "PIXELS")]
     pixel_tolerance: f64,
+    /// Write a page with charts and pictures.
+    #[arg(long)]
+    report: bool,
+    /// Bake once more on 1, 2, … threads each, and show on the page how the time falls.
+    #[arg(long, requires = "report")]
+    threads_report: bool,
 }
 
 /// Reads `1920x1080`.
@@ -124,6 +131,7 @@ impl BakeArgs {
             },
             evaluate: (!self.no_evaluate).then(evaluate::Options::default),
             screen,
+            report: self.report.then_some(ReportOptions { threads: self.threads_report }),
         })
     }
 }
@@ -230,6 +238,9 @@ pub(crate) struct EvaluateArgs {
     /// right.
     #[arg(long)]
     pub(crate) clean_reference: bool,
+    /// Write a page with the figures, charts and pictures.
+    #[arg(long, value_name = "FILE.html")]
+    pub(crate) report: Option<PathBuf>,
     /// Draw the reference and all candidates side by side, and where they differ.
     #[arg(long, value_name = "FILE.png")]
     pub(crate) sheet: Option<PathBuf>,

@@ -17,6 +17,15 @@ pub struct BakeOptions {
     pub evaluate: Option<evaluate::Options>,
     /// The screen that the sizes of the levels are reckoned for.
     pub screen: Screen,
+    /// Whether a page with charts and pictures is written.
+    pub report: Option<ReportOptions>,
+}
+
+/// What the page of a bake shows beyond its results.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ReportOptions {
+    /// The time of the same bake on 1, 2, … threads up to all, which runs it as many times more.
+    pub threads: bool,
 }
 
 impl Default for BakeOptions {
@@ -27,6 +36,7 @@ impl Default for BakeOptions {
             textures: Textures::Repair,
             evaluate: Some(evaluate::Options::default()),
             screen: Screen::default(),
+            report: None,
         }
     }
 }

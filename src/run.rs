@@ -9,16 +9,19 @@ use seamwise::asset::ImageFormat;
 use seamwise::atlas::{encode_repaired, repair_all};
 use seamwise::bake::{self, Input};
 use seamwise::certificate::{largest_sizes, select_level};
-use seamwise::evaluate::Reference;
 use seamwise::evaluate::camera::Rig;
 use seamwise::evaluate::load::{TextureCache, load};
 use seamwise::evaluate::scene::Scene;
 use seamwise::evaluate::sheet::contact_sheet;
+use seamwise::evaluate::{Metrics, Reference};
 use seamwise::images::encode;
 use seamwise::inspect;
+use seamwise::options::BakeOptions;
 use seamwise::progress::Progress;
 use seamwise::read::read;
 use seamwise::repair::repair_file;
+use seamwise::report::html::evaluate_page;
+use seamwise::report::pictures::Gallery;
 use seamwise::report::{CandidateReport, EvaluateReport, ReferenceReport, ViewReport};
 use seamwise::write::write_files;
 
@@ -30,7 +33,7 @@ pub(crate) fn bake(args: &BakeArgs, quiet: bool, progress: &Progress) -> Result<
     let sample = [Input::Bytes(include_bytes!("../data/sample.glb"), "sample")];
     let files: Vec<Input<'_>> = args.inputs.iter().map(|path| Input::File(path)).collect();
     let inputs = if files.is_empty() { sample.as_slice() } else { files.as_slice() };
-    refuse_collisions(inputs, &args.output, options.targets.count())?;
+    refuse_collisions(inputs, &args.output, &options)?;
     let mut failed = 0;
     for input in inputs {
         match bake::bake(*input, &args.output, &options, progress) {
@@ -48,10 +51,10 @@ pub(crate) fn bake(args: &BakeArgs, quiet: bool, progress: &Progress) -> Result<
 }
 
 /// Makes sure that no output of a batch overwrites another or an input.
-fn refuse_collisions(inputs: &[Input<'_>], folder: &Path, levels: usize) -> Result<()> {
+fn refuse_collisions(inputs: &[Input<'_>], folder: &Path, options: &BakeOptions) -> Result<()> {
     let mut outputs = Vec::new();
     for input in inputs {
-        let own = input.outputs(folder, levels);
+        let own = input.outputs(folder, options);
         if let Some(twice) = own.iter().find(|path| outputs.contains(*path)) {
             bail!("two inputs would write {}: bake them into two folders", twice.display());
         }
@@ -82,10 +85,17 @@ pub(crate) fn evaluate(args: &EvaluateArgs, quiet: bool) -> Result<usize> {
     let reference = load_reference(args, &mut cache).map_err(named)?;
     let options = args.resolve();
     let against = Reference::with_mode(&reference, options, args.mode()).map_err(named)?;
+    let mut gallery = match &args.report {
+        Some(_) => Some(Gallery::new(&reference)?),
+        None => None,
+    };
     let (mut candidates, mut scenes) = (Vec::new(), Vec::new());
     for path in &args.candidates {
         let compared = load_file(path, &mut cache).and_then(|scene| {
             let metrics = against.compare(&scene)?;
+            if let Some(gallery) = &mut gallery {
+                gallery.add(&scene)?;
+            }
             let triangles = scene.triangles.len();
             if args.sheet.is_some() {
                 scenes.push(scene);
@@ -95,12 +105,7 @@ pub(crate) fn evaluate(args: &EvaluateArgs, quiet: bool) -> Result<usize> {
         if let Err(error) = &compared {
             eprintln!("seamwise: {}: {error}", path.display());
         }
-        candidates.push(CandidateReport {
-            file: path.display().to_string(),
-            failure: compared.as_ref().err().map(ToString::to_string),
-            triangles: compared.as_ref().map_or(0, |(triangles, _)| *triangles),
-            metrics: compared.ok().map(|(_, metrics)| metrics),
-        });
+        candidates.push(candidate_report(path, compared));
     }
     let failed = candidates.iter().filter(|candidate| candidate.failure.is_some()).count();
     let report = EvaluateReport {
@@ -122,6 +127,9 @@ pub(crate) fn evaluate(args: &EvaluateArgs, quiet: bool) -> Result<usize> {
     if let Some(path) = &args.csv {
         files.push((path.clone(), report.to_csv()?.into_bytes()));
     }
+    if let (Some(path), Some(gallery)) = (&args.report, &gallery) {
+        files.push((path.clone(), evaluate_page(&report, gallery)?.into_bytes()));
+    }
     if let Some(path) = &args.sheet {
         let rig = Rig::around(&reference, args.sheet_views.into(), options.resolution);
         let sheet = contact_sheet(&reference, &scenes, &rig, args.mode()).into();
@@ -140,6 +148,18 @@ fn load_reference(args: &EvaluateArgs, cache: &mut TextureCache) -> seamwise::er
         asset.images = encode_repaired(&asset, &repair_all(&asset)?)?;
     }
     load(&asset, cache)
+}
+
+fn candidate_report(
+    path: &Path,
+    compared: seamwise::error::Result<(usize, Metrics)>,
+) -> CandidateReport {
+    CandidateReport {
+        file: path.display().to_string(),
+        failure: compared.as_ref().err().map(ToString::to_string),
+        triangles: compared.as_ref().map_or(0, |(triangles, _)| *triangles),
+        metrics: compared.ok().map(|(_, metrics)| metrics),
+    }
 }
 
 fn load_file(path: &Path, cache: &mut TextureCache) -> seamwise::error::Result<Scene> {

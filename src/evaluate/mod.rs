@@ -8,6 +8,7 @@ pub mod appearance;
 pub mod camera;
 pub mod distance;
 mod farthest;
+pub mod heat;
 mod light;
 pub mod load;
 mod looks;
@@ -21,6 +22,7 @@ mod seams;
 mod shade;
 pub mod sheet;
 pub mod volume;
+pub mod wireframe;
 
 use crate::error::{Error, Result};
 use appearance::compare_appearance;

@@ -105,6 +105,14 @@ impl Facet {
         Some(Self { triangle, front, corners, edges, volume: volume.abs() })
     }
 
+    /// Unit normal in the camera's frame, towards the eye; zero if rounding leaves none.
+    pub(super) fn normal(&self) -> DVec3 {
+        let [a, b, c] = self.corners;
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        // Its dot product with a corner has the sign of the signed volume.
+        if self.front { -normal } else { normal }
+    }
+
     /// The point under an image point inside the triangle.
     pub(super) fn hit(&self, view: &View<'_>, at: DVec2) -> Hit {
         let ray = view.ray(at);

@@ -1,9 +1,9 @@
 //! A contact sheet: a reference and its candidates side by side, and where they differ.
 
 use image::{Rgb, RgbImage, imageops};
-use seamwise_texture::color::{linear_to_srgb, luminance};
 
 use super::camera::Rig;
+use super::heat::difference_map;
 use super::render::{Image, render_views};
 use super::scene::{Mode, Scene};
 
@@ -13,8 +13,6 @@ const GAP: u32 = 4;
 const GAP_COLOR: Rgb<u8> = Rgb([96; 3]);
 /// Views of fewer pixels are shown larger, pixel by pixel: what mip maps do to a seam shows there.
 const LEAST_SIDE: u32 = 256;
-/// A difference in sRGB luminance of one in this many is shown white.
-const GAIN: f32 = 8.0;
 
 /// Draws each scene in a column of its own, the reference first, seen from each camera of `rig`;
 /// below each picture of a candidate the difference in sRGB luminance to the reference's, eightfold.
@@ -45,23 +43,11 @@ fn column(views: &[Image], reference: Option<&[Image]>) -> Vec<RgbImage> {
     let blank =
         |view: &Image| RgbImage::from_pixel(view.width as u32, view.height as u32, GAP_COLOR);
     let heat = |index: usize, view: &Image| match reference {
-        Some(reference) => difference(&reference[index], view),
+        Some(reference) => difference_map(&reference[index], view),
         None => blank(view),
     };
     let pairs = views.iter().enumerate();
     pairs.flat_map(|(index, view)| [view.to_srgb8(), heat(index, view)]).collect()
-}
-
-/// The difference in sRGB luminance, from black over red and yellow to white.
-fn difference(reference: &Image, candidate: &Image) -> RgbImage {
-    let encoded = |rgb: [f32; 3]| linear_to_srgb(luminance(rgb).clamp(0.0, 1.0));
-    let heat = |at: usize| {
-        let off = (encoded(reference.rgb[at]) - encoded(candidate.rgb[at])).abs() * GAIN;
-        Rgb([0.0, 1.0, 2.0].map(|start| ((off * 3.0 - start).clamp(0.0, 1.0) * 255.0) as u8))
-    };
-    RgbImage::from_fn(reference.width as u32, reference.height as u32, |x, y| {
-        heat(y as usize * reference.width + x as usize)
-    })
 }
 
 #[cfg(test)]

@@ -1,4 +1,9 @@
-//! What a bake or an evaluation found, as JSON and as a table.
+//! What a bake or an evaluation found, as JSON, as a table and as a page.
+
+mod chart;
+pub mod html;
+pub mod pictures;
+pub mod threads;
 
 use serde::Serialize;
 use serde_json::Value;
@@ -89,6 +94,8 @@ pub struct Seconds {
     pub write: f64,
     /// Measuring the levels.
     pub evaluate: f64,
+    /// Drawing the pictures of the page.
+    pub report: f64,
 }
 
 impl BakeReport {
@@ -102,20 +109,11 @@ impl BakeReport {
 
     /// The report as a table for people.
     pub fn to_table(&self) -> String {
-        let input = &self.input;
         let mut rows = vec![header("level")];
-        rows.push(row("source", input.triangles, None));
-        for (index, level) in self.levels.iter().enumerate() {
-            let percent = (level.ratio * 1e6).round() / 1e4;
-            let name = format!("{} ({percent} %)", index + 1);
-            rows.push(row(&name, level.triangles, level.metrics.as_ref()));
-        }
+        rows.extend(self.rows());
         let mut text = align(&rows);
-        for (index, level) in self.levels.iter().enumerate() {
-            if let Some(why) = &level.why {
-                let (level_number, target) = (index + 1, level.target);
-                text += &format!("level {level_number} missed its {target} triangles: {why}\n");
-            }
+        for miss in self.misses() {
+            text += &format!("{miss}\n");
         }
         let s = &self.seconds;
         text += &format!(
@@ -127,6 +125,26 @@ impl BakeReport {
         }
         text.push('\n');
         text
+    }
+
+    /// The source and the levels as rows of a table.
+    fn rows(&self) -> Vec<[String; COLUMNS]> {
+        let mut rows = vec![row("source", self.input.triangles, None)];
+        for (index, level) in self.levels.iter().enumerate() {
+            let percent = (level.ratio * 1e6).round() / 1e4;
+            let name = format!("{} ({percent} %)", index + 1);
+            rows.push(row(&name, level.triangles, level.metrics.as_ref()));
+        }
+        rows
+    }
+
+    /// A line for each level that missed its target, with the reason.
+    fn misses(&self) -> Vec<String> {
+        let miss = |(index, level): (usize, &LevelReport)| {
+            let why = level.why.as_ref()?;
+            Some(format!("level {} missed its {} triangles: {why}", index + 1, level.target))
+        };
+        self.levels.iter().enumerate().filter_map(miss).collect()
     }
 }
 
@@ -216,11 +234,17 @@ impl EvaluateReport {
     /// The report as a table for people.
     pub fn to_table(&self) -> String {
         let mut rows = vec![header("file")];
-        rows.push(row(&self.reference.file, self.reference.triangles, None));
+        rows.extend(self.rows());
+        align(&rows)
+    }
+
+    /// The reference and the candidates as rows of a table.
+    fn rows(&self) -> Vec<[String; COLUMNS]> {
+        let mut rows = vec![row(&self.reference.file, self.reference.triangles, None)];
         for candidate in &self.candidates {
             rows.push(row(&candidate.file, candidate.triangles, candidate.metrics.as_ref()));
         }
-        align(&rows)
+        rows
     }
 }
 

@@ -1,0 +1,143 @@
+//! The edges of the triangles that one camera sees, drawn over a shape of clay.
+//!
+//! A sample of barycentrics bᵢ lies bᵢ / |∇bᵢ| pixels from the edge opposite corner i, so the lines
+//! are as wide on every triangle, and what hides a triangle hides its edges. Where triangles are
+//! smaller than a few pixels their lines would run into one black patch: there they fade, and the
+//! density shows as a tone.
+
+use glam::{DVec2, DVec3, Vec3};
+use image::{Rgb, RgbImage};
+use seamwise_texture::color::linear_to_srgb8;
+
+use super::camera::Camera;
+use super::raster::{Facet, Layer, NONE, SAMPLES, View};
+use super::render::{BACKGROUND, find_visible};
+use super::scene::{Mode, Scene};
+use super::shade::Shader;
+
+/// Half the width of a line in pixels, its soft rim left out.
+const HALF_WIDTH: f32 = 0.35;
+/// Distance in pixels over which a line's rim fades out.
+const RIM: f32 = 0.7;
+/// Lines of a triangle fade where its smallest height is less than this, in pixels.
+const CLEAR_HEIGHT: f32 = 6.0;
+/// What is left of the lines of a triangle without height.
+const LEAST: f32 = 0.4;
+/// Linear light of a line.
+const LINE: f32 = 0.008;
+
+/// Draws one view of `resolution` pixels each way, on the background of a render.
+///
+/// Materials count only for what is seen: masked texels are holes, back faces of single-sided
+/// materials are not there, and of blended triangles the nearest is drawn as if it were opaque.
+pub fn draw_wireframe(scene: &Scene, camera: &Camera, resolution: usize) -> RgbImage {
+    let view = View::new(scene, camera, resolution);
+    let shader = Shader::new(&view, Mode::Unlit);
+    let (solid, blended) = find_visible(&view, &shader);
+    let layers: Vec<&Layer> = blended.iter().chain([&solid]).collect();
+    RgbImage::from_fn(resolution as u32, resolution as u32, |x, y| {
+        let mut sum = 0.0;
+        for at in 0..SAMPLES * SAMPLES {
+            let sample = [x as usize * SAMPLES + at % SAMPLES, y as usize * SAMPLES + at / SAMPLES];
+            sum += draw_sample(&view, &layers, sample);
+        }
+        Rgb([linear_to_srgb8(sum / (SAMPLES * SAMPLES) as f32); 3])
+    })
+}
+
+/// The linear light of a sample.
+fn draw_sample(view: &View<'_>, layers: &[&Layer], [x, y]: [usize; 2]) -> f32 {
+    let seen = layers.iter().map(|layer| layer.triangles[y * view.size() + x]);
+    let triangle = seen.into_iter().find(|triangle| *triangle != NONE);
+    let Some(facet) = triangle.and_then(|triangle| view.facet(triangle as usize)) else {
+        return BACKGROUND;
+    };
+    let strength = line_strength(view, &facet, DVec2::new(x as f64 + 0.5, y as f64 + 0.5));
+    let clay = clay(facet.normal());
+    clay + (LINE - clay) * strength
+}
+
+/// How much of a sample is line, 0…1.
+fn line_strength(view: &View<'_>, facet: &Facet, at: DVec2) -> f32 {
+    let hit = facet.hit(view, at);
+    let gradients = [0, 1, 2].map(|i| Vec3::new(hit.dx[i], hit.dy[i], 0.0).length());
+    let distances = [0, 1, 2].map(|i| hit.barycentrics[i].max(0.0) / gradients[i]);
+    let nearest = distances.into_iter().fold(f32::INFINITY, f32::min);
+    let height = gradients.into_iter().map(f32::recip).fold(f32::INFINITY, f32::min);
+    let line = 1.0 - ((nearest - HALF_WIDTH) / RIM).clamp(0.0, 1.0);
+    line * (height / CLEAR_HEIGHT).clamp(LEAST, 1.0)
+}
+
+/// Linear light of clay with a normal in the camera's frame, lit from above the left shoulder.
+fn clay(normal: DVec3) -> f32 {
+    let light = DVec3::new(-0.35, 0.55, -0.76);
+    (0.3 + 0.45 * normal.dot(light).max(0.0)) as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::scene::{Alpha, Material};
+    use super::*;
+    use glam::Vec4;
+
+    fn material() -> Material {
+        Material {
+            base_color: Vec4::ONE,
+            base_color_texture: None,
+            metallic: 0.0,
+            metallic_roughness_texture: None,
+            roughness: 1.0,
+            normal_texture: None,
+            normal_scale: 1.0,
+            occlusion_texture: None,
+            occlusion_strength: 1.0,
+            emissive: Vec3::ZERO,
+            emissive_texture: None,
+            alpha: Alpha::Opaque,
+            double_sided: false,
+            unlit: false,
+        }
+    }
+
+    /// The square −1…1 in two triangles, which the camera sees from edge to edge of its frame.
+    fn square() -> (Scene, Camera) {
+        let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+        let scene = Scene {
+            positions: corners.map(|[x, y]| Vec3::new(x, y, 0.0)).to_vec(),
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            triangle_materials: vec![0; 2],
+            materials: vec![material()],
+            ..Scene::default()
+        };
+        let half_angle = 0.5f64.atan();
+        (scene, Camera::look_at(DVec3::Z * 2.0, DVec3::ZERO, 2.0 * half_angle, 0.1))
+    }
+
+    #[test]
+    fn edges_are_dark_and_the_inside_is_clay() {
+        let (scene, camera) = square();
+        let picture = draw_wireframe(&scene, &camera, 64);
+        let at = |x, y| picture.get_pixel(x, y).0[0];
+        let inside = linear_to_srgb8(clay(DVec3::NEG_Z));
+        assert_eq!([at(40, 50), at(20, 10)], [inside; 2]);
+        // The frame, and the diagonal from the lower left to the upper right.
+        for edge in [at(0, 30), at(63, 30), at(30, 0), at(30, 63), at(20, 43), at(50, 13)] {
+            assert!(edge < inside / 2, "{edge}");
+        }
+        assert_eq!(at(20, 46), inside, "a line is narrow");
+    }
+
+    #[test]
+    fn what_is_hidden_has_no_edges_and_nothing_is_background() {
+        let (mut scene, camera) = square();
+        let before = draw_wireframe(&scene, &camera, 32);
+        scene
+            .positions
+            .extend([[-0.5, 0.0], [0.5, 0.0], [0.0, 0.7]].map(|[x, y]| Vec3::new(x, y, -0.5)));
+        scene.triangles.push([4, 5, 6]);
+        scene.triangle_materials.push(0);
+        assert_eq!(draw_wireframe(&scene, &camera, 32), before);
+        let nothing = draw_wireframe(&Scene::default(), &camera, 8);
+        assert!(nothing.pixels().all(|pixel| pixel.0 == [128; 3]));
+    }
+}

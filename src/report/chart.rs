@@ -1,0 +1,436 @@
+//! Line charts as SVG: one figure against the number of triangles.
+//!
+//! The x axis is in octaves, since each level has about half the triangles of the one before; the y
+//! axis is linear. Colors are classes and variables of the page, so a chart follows its theme.
+
+use std::fmt::Write;
+
+/// Width and height of a chart in its own units, a pixel each at full size.
+const SIZE: [f64; 2] = [280.0, 190.0];
+/// The plot's edges: left, top, right, bottom.
+const PLOT: [f64; 4] = [40.0, 14.0, 274.0, 154.0];
+/// Octaves kept free to the left and right of the points; a label stands to the right of its point.
+const PAD: [f64; 2] = [0.25, 0.65];
+/// Width of a digit of a label.
+const DIGIT: f64 = 6.2;
+/// Colors that the page has for series, `--series-0` and so on; more series share them.
+pub(super) const COLORS: usize = 6;
+
+/// One figure of all levels or candidates.
+#[derive(Clone, Debug)]
+pub(super) struct Chart {
+    /// What is drawn.
+    pub(super) title: &'static str,
+    /// Its unit.
+    pub(super) unit: &'static str,
+    /// What a perfect candidate has.
+    pub(super) ideal: f64,
+    /// Lines, or points alone.
+    pub(super) series: Vec<Series>,
+}
+
+/// Points that belong together and are joined by a line.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Series {
+    /// An index of the page's colors.
+    pub(super) color: usize,
+    /// From few triangles to many.
+    pub(super) points: Vec<Point>,
+}
+
+/// A level or candidate.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Point {
+    /// How many it has.
+    pub(super) triangles: usize,
+    /// The figure.
+    pub(super) value: f64,
+    /// Its name.
+    pub(super) name: String,
+}
+
+impl Chart {
+    /// The unit as the page shows it, with the power of ten that the numbers on the axis are in.
+    pub(super) fn unit_text(&self) -> String {
+        let scale = match self.y_axis().unit {
+            0 => String::new(),
+            unit => format!("× 10{} ", superscript(unit)),
+        };
+        format!("{scale}{}", self.unit).trim_end().to_owned()
+    }
+
+    /// Whether there is anything to draw.
+    pub(super) fn is_empty(&self) -> bool {
+        self.series.iter().all(|series| series.points.is_empty())
+    }
+
+    fn points(&self) -> impl Iterator<Item = &Point> + Clone {
+        self.series.iter().flat_map(|series| &series.points)
+    }
+
+    fn y_axis(&self) -> Ticks {
+        let values = || self.points().map(|point| point.value);
+        let low = values().fold(self.ideal, f64::min);
+        let high = values().fold(self.ideal, f64::max);
+        // Less than that is rounding.
+        let differ = high - low > 1e-6 * low.abs().max(high.abs()) + 1e-30;
+        match (differ, self.ideal == 0.0) {
+            (true, true) => Ticks::over(low, high),
+            // Room for a label below the lowest point.
+            (true, false) => Ticks::over(low - 0.1 * (high - low), high),
+            (false, true) => Ticks::over(0.0, 1.0),
+            (false, false) => Ticks::over(low - 0.05, high),
+        }
+    }
+
+    /// The chart as an SVG element.
+    pub(super) fn to_svg(&self) -> String {
+        let ticks = self.y_axis();
+        let axes = Axes::new(self.points().map(|point| point.triangles), ticks);
+        let mut svg = format!(
+            "<svg viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\">",
+            SIZE[0], SIZE[1], self.title
+        );
+        axes.draw(&mut svg, self.ideal);
+        let mut taken = Vec::new();
+        for series in &self.series {
+            draw_series(&mut svg, series, &axes, &mut taken);
+        }
+        svg += "</svg>";
+        svg
+    }
+}
+
+/// How numbers become places.
+struct Axes {
+    /// log₂ of the triangles at the left and right edge of the plot.
+    octaves: [f64; 2],
+    doublings: Vec<u64>,
+    ticks: Ticks,
+}
+
+impl Axes {
+    fn new(triangles: impl Iterator<Item = usize> + Clone, ticks: Ticks) -> Self {
+        let low = triangles.clone().min().unwrap_or(1).max(1);
+        let high = triangles.max().unwrap_or(1).max(1);
+        let mut octaves = [(low as f64).log2() - PAD[0], (high as f64).log2() + PAD[1]];
+        // A single point, or points close together, still get a tick or two.
+        let lacking = (2.0 - (octaves[1] - octaves[0])).max(0.0) / 2.0;
+        octaves = [octaves[0] - lacking, octaves[1] + lacking];
+        Self { octaves, doublings: doublings(octaves), ticks }
+    }
+
+    fn x(&self, triangles: f64) -> f64 {
+        let [low, high] = self.octaves;
+        PLOT[0] + (triangles.max(1.0).log2() - low) / (high - low) * (PLOT[2] - PLOT[0])
+    }
+
+    fn y(&self, value: f64) -> f64 {
+        let (low, high) = (self.ticks.value(self.ticks.first), self.ticks.value(self.ticks.last));
+        PLOT[3] - (value - low) / (high - low) * (PLOT[3] - PLOT[1])
+    }
+
+    fn draw(&self, svg: &mut String, ideal: f64) {
+        let [left, _, right, bottom] = PLOT;
+        for tick in self.ticks.first..=self.ticks.last {
+            let y = self.y(self.ticks.value(tick));
+            let class = if self.ticks.value(tick) == ideal { "ideal" } else { "grid" };
+            let (text, base) = (self.ticks.label(tick), y + 3.5);
+            put(
+                svg,
+                format_args!(
+                    "<path class=\"{class}\" d=\"M{left:.1} {y:.1}H{right:.1}\"/>\
+                 <text class=\"end\" x=\"{:.1}\" y=\"{base:.1}\">{text}</text>",
+                    left - 6.0
+                ),
+            );
+        }
+        for &count in &self.doublings {
+            let (x, text) = (self.x(count as f64), short(count));
+            put(
+                svg,
+                format_args!(
+                    "<path class=\"tick\" d=\"M{x:.1} {bottom:.1}v4\"/>\
+                 <text class=\"mid\" x=\"{x:.1}\" y=\"{:.1}\">{text}</text>",
+                    bottom + 16.0
+                ),
+            );
+        }
+        put(
+            svg,
+            format_args!(
+                "<text class=\"end\" x=\"{right:.1}\" y=\"{:.1}\">triangles</text>",
+                bottom + 31.0
+            ),
+        );
+    }
+}
+
+/// Appends; a string takes all that is written.
+fn put(svg: &mut String, what: std::fmt::Arguments<'_>) {
+    let _ = svg.write_fmt(what);
+}
+
+/// A line through the points, the points with their values on hover, and labels where there is
+/// room.
+fn draw_series(svg: &mut String, series: &Series, axes: &Axes, taken: &mut Vec<[f64; 4]>) {
+    let places: Vec<[f64; 2]> = series
+        .points
+        .iter()
+        .map(|point| [axes.x(point.triangles as f64), axes.y(point.value)])
+        .collect();
+    let color = series.color % COLORS;
+    put(svg, format_args!("<g style=\"--own:var(--series-{color})\">"));
+    for (index, [x, y]) in places.iter().enumerate() {
+        match index {
+            0 if places.len() == 1 => {}
+            0 => put(svg, format_args!("<path class=\"line\" d=\"M{x:.1} {y:.1}")),
+            _ => put(svg, format_args!("L{x:.1} {y:.1}")),
+        }
+    }
+    if places.len() > 1 {
+        svg.push_str("\"/>");
+    }
+    for (index, (point, [x, y])) in series.points.iter().zip(&places).enumerate() {
+        let value = axes.ticks.value_text(point.value);
+        let tip = escape(&format!(
+            "{}: {} triangles, {}",
+            point.name,
+            grouped(point.triangles),
+            axes.ticks.full_text(point.value)
+        ));
+        put(
+            svg,
+            format_args!(
+                "<g class=\"point\"><title>{tip}</title><circle class=\"reach\" cx=\"{x:.1}\" \
+             cy=\"{y:.1}\" r=\"11\"/><circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.2\"/></g>"
+            ),
+        );
+        let at = [x + 6.0, if rises(&places, index) { y + 14.0 } else { y - 6.0 }];
+        let width = value.chars().count() as f64 * DIGIT;
+        let space = [at[0], at[1] - 10.0, at[0] + width, at[1] + 2.0];
+        let free = taken.iter().all(|other| apart(&space, other));
+        if free && space[2] <= SIZE[0] {
+            taken.push(space);
+            let [x, y] = at;
+            put(
+                svg,
+                format_args!("<text class=\"label\" x=\"{x:.1}\" y=\"{y:.1}\">{value}</text>"),
+            );
+        }
+    }
+    svg.push_str("</g>");
+}
+
+/// Whether the line leaves a point upward to the right, or reaches the last one so: its label then
+/// stands below.
+fn rises(places: &[[f64; 2]], index: usize) -> bool {
+    let next = places.get(index + 1).or(index.checked_sub(1).map(|before| &places[before]));
+    next.is_some_and(|next| (next[1] < places[index][1]) == (next[0] > places[index][0]))
+        && places.iter().any(|place| place[1] != places[index][1])
+}
+
+fn apart(a: &[f64; 4], b: &[f64; 4]) -> bool {
+    a[2] <= b[0] || b[2] <= a[0] || a[3] <= b[1] || b[3] <= a[1]
+}
+
+/// Round numbers over a range: multiples of 1, 2 or 5 times a power of ten.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Ticks {
+    /// The step is `digit` · 10^`power`.
+    digit: i64,
+    power: i32,
+    /// The first and last tick in steps.
+    first: i64,
+    last: i64,
+    /// The numbers shown are in units of 10^`unit`.
+    unit: i32,
+}
+
+impl Ticks {
+    /// The finest such ticks that enclose `low` to `high`, which must be the greater, with at most
+    /// six of them.
+    fn over(low: f64, high: f64) -> Self {
+        let start = ((high - low).log10().floor() as i32).saturating_sub(1);
+        let steps = (start..).flat_map(|power| [1, 2, 5].map(|digit| (digit, power)));
+        let of = |(digit, power): (i64, i32)| {
+            let step = scaled(digit as f64, power);
+            // Ends that are ticks but for rounding stay the ends.
+            let first = (low / step + 1e-9).floor() as i64;
+            let last = (high / step - 1e-9).ceil() as i64;
+            Self { digit, power, first, last, unit: 0 }
+        };
+        let mut ticks = steps.map(of).find(|ticks| ticks.last - ticks.first <= 5).unwrap_or(
+            // Not reached: steps grow without end.
+            Self { digit: 1, power: 0, first: 0, last: 1, unit: 0 },
+        );
+        let most = ticks.value(ticks.last).abs().max(ticks.value(ticks.first).abs());
+        let magnitude = (most * 1.000_000_1).log10().floor() as i32;
+        if !(-2..4).contains(&magnitude) {
+            ticks.unit = magnitude;
+        }
+        ticks
+    }
+
+    fn value(&self, tick: i64) -> f64 {
+        scaled((tick * self.digit) as f64, self.power)
+    }
+
+    fn label(&self, tick: i64) -> String {
+        let decimals = (self.unit - self.power).max(0) as usize;
+        format!("{:.decimals$}", scaled((tick * self.digit) as f64, self.power - self.unit))
+    }
+
+    /// A value in the unit of the axis, with a digit more than its ticks.
+    fn value_text(&self, value: f64) -> String {
+        let decimals = (self.unit - self.power + 1).max(0) as usize;
+        format!("{:.decimals$}", scaled(value, -self.unit))
+    }
+
+    /// A value with its power of ten.
+    fn full_text(&self, value: f64) -> String {
+        let decimals = (self.unit - self.power + 2).max(0) as usize;
+        let number = format!("{:.decimals$}", scaled(value, -self.unit));
+        match self.unit {
+            0 => number,
+            unit => format!("{number} × 10{}", superscript(unit)),
+        }
+    }
+}
+
+/// A number times a power of ten, divided where that is exact.
+fn scaled(number: f64, power: i32) -> f64 {
+    if power < 0 { number / 10f64.powi(-power) } else { number * 10f64.powi(power) }
+}
+
+fn superscript(power: i32) -> String {
+    let raised = |digit| match digit {
+        '-' => '⁻',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        other => char::from_u32('⁰' as u32 + (other as u32 - '0' as u32)).unwrap_or(other),
+    };
+    power.to_string().chars().map(raised).collect()
+}
+
+/// Round counts near the powers of two within a range of log₂, at most six: 1, 2, … 64, 125, 250,
+/// 500, then the same in thousands, and so on.
+fn doublings([low, high]: [f64; 2]) -> Vec<u64> {
+    const IN_A_THOUSAND: [u64; 10] = [1, 2, 4, 8, 16, 32, 64, 125, 250, 500];
+    let all = (0..60).map(|k| 1000u64.pow(k / 10) * IN_A_THOUSAND[k as usize % 10]);
+    let inside: Vec<u64> =
+        all.filter(|&count| (low..=high).contains(&(count as f64).log2())).collect();
+    let step = inside.len().div_ceil(6).max(1);
+    inside.into_iter().step_by(step).collect()
+}
+
+/// A round count in as few characters as it takes.
+fn short(count: u64) -> String {
+    match count {
+        1_000_000.. => format!("{}M", count / 1_000_000),
+        1000.. => format!("{}k", count / 1000),
+        _ => count.to_string(),
+    }
+}
+
+/// A count with its thousands set apart.
+pub(super) fn grouped(count: usize) -> String {
+    let digits = count.to_string();
+    let mut text = String::new();
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// Text that means itself in XML.
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn labels(low: f64, high: f64) -> (Vec<String>, i32) {
+        let ticks = Ticks::over(low, high);
+        ((ticks.first..=ticks.last).map(|tick| ticks.label(tick)).collect(), ticks.unit)
+    }
+
+    fn point(triangles: usize, value: f64) -> Point {
+        Point { triangles, value, name: "a<b".to_owned() }
+    }
+
+    fn chart(points: Vec<Point>) -> Chart {
+        let series = vec![Series { color: 0, points }];
+        Chart { title: "RMS", unit: "of 1", ideal: 0.0, series }
+    }
+
+    #[test]
+    fn ticks_are_round_and_enclose_the_range() {
+        assert_eq!(labels(0.0, 0.077).0, ["0.00", "0.02", "0.04", "0.06", "0.08"]);
+        assert_eq!(labels(0.0, 1.0).0, ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
+        assert_eq!(labels(0.973, 1.0).0, ["0.97", "0.98", "0.99", "1.00"]);
+        assert_eq!(
+            labels(0.0, 2.3e-4),
+            (["0.0", "0.5", "1.0", "1.5", "2.0", "2.5"].map(String::from).to_vec(), -4)
+        );
+        assert_eq!(labels(0.0, 41.0).0, ["0", "10", "20", "30", "40", "50"]);
+        assert_eq!(labels(-3.0, 1.0).0, ["-3", "-2", "-1", "0", "1"]);
+    }
+
+    #[test]
+    fn values_have_a_digit_more_than_their_axis() {
+        let ticks = Ticks::over(0.0, 2.3e-4);
+        assert_eq!(ticks.value_text(2.3e-4), "2.30");
+        assert_eq!(ticks.full_text(2.3e-4), "2.300 × 10⁻⁴");
+        assert_eq!(Ticks::over(0.0, 0.077).value_text(0.0468), "0.047");
+        assert_eq!(superscript(-10), "⁻¹⁰");
+    }
+
+    #[test]
+    fn triangles_are_told_in_doublings() {
+        assert_eq!(doublings([10.0, 14.2]), [2000, 4000, 8000, 16_000]);
+        assert_eq!(doublings([0.0, 3.0]), [1, 2, 4, 8]);
+        assert_eq!(doublings([0.0, 20.0]), [1, 16, 250, 4000, 64_000, 1_000_000]);
+        assert_eq!([64, 16_000, 2_000_000].map(short), ["64", "16k", "2M"]);
+        assert_eq!([7, 999, 1000, 1_234_567].map(grouped), ["7", "999", "1,000", "1,234,567"]);
+    }
+
+    #[test]
+    fn points_lie_where_the_axes_say() {
+        let ticks = Ticks::over(0.0, 1.0);
+        let axes = Axes::new([1024, 4096].into_iter(), ticks);
+        // From 9.75 to 12.65 octaves over 234 units.
+        assert_eq!(format!("{:.3}", axes.x(1024.0)), format!("{:.3}", 40.0 + 0.25 / 2.9 * 234.0));
+        assert_eq!([axes.y(0.0), axes.y(0.5), axes.y(1.0)], [154.0, 84.0, 14.0]);
+    }
+
+    #[test]
+    fn a_line_joins_its_points_and_names_are_escaped() {
+        let svg = chart(vec![point(1024, 1.0), point(4096, 0.5)]).to_svg();
+        let line = "<path class=\"line\" d=\"M60.2 14.0L221.6 84.0\"/>";
+        assert!(svg.contains(line), "{svg}");
+        assert!(svg.contains("<title>a&lt;b: 4,096 triangles, 0.500</title>"), "{svg}");
+        assert_eq!(svg.matches("class=\"label\"").count(), 2);
+        let alone = chart(vec![point(1024, 1.0)]).to_svg();
+        assert!(!alone.contains("class=\"line\""), "{alone}");
+    }
+
+    #[test]
+    fn labels_do_not_lie_on_each_other() {
+        let svg = chart(vec![point(1024, 1.0), point(1030, 0.99)]).to_svg();
+        assert_eq!(svg.matches("class=\"label\"").count(), 1, "{svg}");
+    }
+
+    #[test]
+    fn a_perfect_candidate_has_a_chart_too() {
+        assert!(chart(vec![point(12, 0.0)]).to_svg().contains("cy=\"154.0\""));
+        let one = Chart { ideal: 1.0, ..chart(vec![point(12, 1.0)]) };
+        assert!(one.to_svg().contains("cy=\"14.0\""));
+    }
+}

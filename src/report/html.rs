@@ -1,0 +1,448 @@
+//! A report as one HTML page that needs nothing but itself: no script, no font, no network.
+//!
+//! Guaranteed: the same report makes the same bytes; what a run costs (times and memory) is in the
+//! one section `id="cost"`. Text from files is escaped.
+
+use askama::Template;
+use seamwise_texture::Role;
+
+use super::chart::{COLORS, Chart, Point, Series, grouped};
+use super::pictures::{AtlasPicture, AtlasPictures, Gallery, Picture};
+use super::threads::ThreadTime;
+use super::{BakeReport, COLUMNS, EvaluateReport, Seconds, header};
+use crate::error::{Error, Result};
+use crate::evaluate::Metrics;
+use crate::evaluate::heat::{WHITE, heat_color};
+
+/// What the page of a bake shows beyond its report.
+#[derive(Default)]
+pub struct Extras {
+    /// The source and the levels.
+    pub gallery: Option<Gallery>,
+    /// The atlases, if they were repaired.
+    pub atlases: AtlasPictures,
+    /// Wall times of the same bake on 1, 2, … threads, if they were measured.
+    pub threads: Vec<ThreadTime>,
+}
+
+#[derive(Template)]
+#[template(path = "page.html")]
+struct Page<'a> {
+    title: String,
+    facts: Vec<String>,
+    version: &'static str,
+    header: [String; COLUMNS],
+    rows: Vec<Row>,
+    notes: Vec<String>,
+    charts: Vec<Chart>,
+    columns: Vec<Column<'a>>,
+    views: Vec<View<'a>>,
+    legend: Vec<Stop>,
+    atlases: Vec<AtlasBlock<'a>>,
+    atlas_notes: Vec<String>,
+    timings: Vec<Bar>,
+    peak_memory: Option<String>,
+    threads: Vec<Bar>,
+}
+
+/// A row of the table.
+struct Row {
+    cells: [String; COLUMNS],
+    /// Of the charts, if they draw more than one series.
+    color: Option<usize>,
+}
+
+impl Row {
+    /// A row of the text table, with its count of triangles set for reading.
+    fn new(mut cells: [String; COLUMNS], color: Option<usize>) -> Self {
+        if let Ok(triangles) = cells[1].parse() {
+            cells[1] = grouped(triangles);
+        }
+        Self { cells, color: color.map(|color| color % COLORS) }
+    }
+}
+
+/// A scene in the contact sheets.
+struct Column<'a> {
+    name: String,
+    detail: String,
+    wireframe: &'a Picture,
+}
+
+/// A camera's pictures of all scenes.
+struct View<'a> {
+    number: usize,
+    renders: Vec<&'a Picture>,
+    differences: Vec<&'a Picture>,
+}
+
+/// A color of the heat map, and the difference it stands for.
+struct Stop {
+    percent: f32,
+    color: String,
+    label: String,
+}
+
+/// An atlas with its figures.
+struct AtlasBlock<'a> {
+    title: String,
+    detail: String,
+    atlas: &'a AtlasPicture,
+    mips: Vec<[String; 4]>,
+}
+
+/// A named length.
+struct Bar {
+    name: String,
+    percent: f64,
+    text: String,
+}
+
+/// The page of a bake.
+///
+/// # Errors
+/// [`Error::Internal`] if the template fails.
+pub fn bake_page(report: &BakeReport, extras: &Extras) -> Result<String> {
+    let input = &report.input;
+    let levels = || report.levels.iter().enumerate();
+    let measured = levels().filter_map(|(index, level)| {
+        let name = format!("level {}", index + 1);
+        Some((name, level.triangles, level.metrics.as_ref()?, 0))
+    });
+    let measured: Vec<_> = measured.collect();
+    let names = std::iter::once(("source".to_owned(), input.triangles))
+        .chain(levels().map(|(index, level)| (format!("level {}", index + 1), level.triangles)));
+    render(Page {
+        title: file_name(&input.file),
+        facts: vec![
+            format!("{} triangles", grouped(input.triangles)),
+            counted(report.levels.len(), "level"),
+            counted(input.meshes, "mesh"),
+        ],
+        rows: report.rows().into_iter().map(|cells| Row::new(cells, None)).collect(),
+        header: header("level"),
+        notes: report.misses(),
+        charts: charts(&measured),
+        atlases: extras.atlases.shown.iter().map(atlas_block).collect(),
+        atlas_notes: atlas_notes(&extras.atlases),
+        timings: timing_bars(&report.seconds),
+        peak_memory: report.peak_memory_bytes.map(|bytes| format!("{:.0} MB", bytes as f64 / 1e6)),
+        threads: thread_bars(&extras.threads),
+        ..Page::of(extras.gallery.as_ref(), names)
+    })
+}
+
+/// The page of an evaluation; `gallery` has a scene for each candidate that could be compared.
+///
+/// # Errors
+/// [`Error::Internal`] if the template fails.
+pub fn evaluate_page(report: &EvaluateReport, gallery: &Gallery) -> Result<String> {
+    let reference = &report.reference;
+    let compared = || report.candidates.iter().filter(|candidate| candidate.metrics.is_some());
+    let files: Vec<&str> =
+        report.candidates.iter().map(|candidate| candidate.file.as_str()).collect();
+    let colors = series_colors(&files);
+    let several = colors.iter().any(|color| *color != 0);
+    let measured = report.candidates.iter().zip(&colors).filter_map(|(candidate, &color)| {
+        let metrics = candidate.metrics.as_ref()?;
+        Some((file_name(&candidate.file), candidate.triangles, metrics, color))
+    });
+    let measured: Vec<_> = measured.collect();
+    let names = std::iter::once((file_name(&reference.file), reference.triangles))
+        .chain(compared().map(|candidate| (file_name(&candidate.file), candidate.triangles)));
+    let own_colors =
+        std::iter::once(None).chain(colors.iter().map(|&color| several.then_some(color)));
+    let failures = report.candidates.iter().filter_map(|candidate| {
+        Some(format!("{} could not be compared: {}", candidate.file, candidate.failure.as_ref()?))
+    });
+    render(Page {
+        title: file_name(&reference.file),
+        facts: vec![
+            format!("{} triangles", grouped(reference.triangles)),
+            counted(report.candidates.len(), "candidate"),
+        ],
+        rows: report
+            .rows()
+            .into_iter()
+            .zip(own_colors)
+            .map(|(cells, color)| Row::new(cells, color))
+            .collect(),
+        header: header("file"),
+        notes: failures.collect(),
+        charts: charts(&measured),
+        ..Page::of(Some(gallery), names)
+    })
+}
+
+fn render(page: Page<'_>) -> Result<String> {
+    page.render().map_err(|error| Error::Internal { what: error.to_string() })
+}
+
+impl<'a> Page<'a> {
+    /// The pictures of scenes with these names and triangles, and nothing else.
+    fn of(gallery: Option<&'a Gallery>, names: impl Iterator<Item = (String, usize)>) -> Self {
+        let scenes = gallery.map_or(&[][..], |gallery| &gallery.scenes);
+        let columns = scenes.iter().zip(names).map(|(scene, (name, triangles))| Column {
+            name,
+            detail: grouped(triangles),
+            wireframe: &scene.wireframe,
+        });
+        let views = scenes.first().map_or(0, |scene| scene.renders.len());
+        let view = |view: usize| View {
+            number: view + 1,
+            renders: scenes.iter().map(|scene| &scene.renders[view]).collect(),
+            differences: scenes.iter().filter_map(|scene| scene.differences.get(view)).collect(),
+        };
+        Self {
+            title: String::new(),
+            facts: Vec::new(),
+            version: env!("CARGO_PKG_VERSION"),
+            header: header(""),
+            rows: Vec::new(),
+            notes: Vec::new(),
+            charts: Vec::new(),
+            columns: columns.collect(),
+            views: (0..views).map(view).collect(),
+            legend: legend(),
+            atlases: Vec::new(),
+            atlas_notes: Vec::new(),
+            timings: Vec::new(),
+            peak_memory: None,
+            threads: Vec::new(),
+        }
+    }
+}
+
+/// A candidate with its name, triangles, figures and series.
+type Measured<'a> = (String, usize, &'a Metrics, usize);
+
+/// What a chart draws, and what it calls it.
+type Figure = (&'static str, &'static str, f64, fn(&Metrics) -> Option<f64>);
+
+const DIAGONAL: &str = "of the diagonal";
+const FIGURES: [Figure; 7] = [
+    ("RMS luminance", "sRGB, 0…1", 0.0, |m| Some(m.rms_luminance_srgb)),
+    ("RMS distance", DIAGONAL, 0.0, |m| Some(m.distance_rms)),
+    ("Greatest distance", DIAGONAL, 0.0, |m| Some(m.distance_max)),
+    ("Color error", "RMS, sRGB", 0.0, |m| Some(m.color_rms)),
+    ("Normal error", "RMS, degrees", 0.0, |m| Some(m.normal_degrees_rms)),
+    ("Volume", "over the source's", 1.0, |m| m.volume_ratio),
+    ("Silhouette overlap", "IoU", 1.0, |m| Some(m.silhouette_iou)),
+];
+
+fn charts(measured: &[Measured<'_>]) -> Vec<Chart> {
+    let last = measured.iter().map(|(.., series)| *series).max();
+    let series = |of: fn(&Metrics) -> Option<f64>, color: usize| {
+        let own = measured.iter().filter(|(.., series)| *series == color);
+        let mut points: Vec<Point> = own
+            .filter_map(|(name, triangles, metrics, _)| {
+                let value = of(metrics).filter(|value| value.abs() < 1e12)?;
+                Some(Point { triangles: *triangles, value, name: name.clone() })
+            })
+            .collect();
+        points.sort_by_key(|point| point.triangles);
+        Series { color: color % COLORS, points }
+    };
+    let chart = |&(title, unit, ideal, of): &Figure| Chart {
+        title,
+        unit,
+        ideal,
+        series: (0..=last.unwrap_or(0)).map(|color| series(of, color)).collect(),
+    };
+    FIGURES.iter().map(chart).filter(|chart| !chart.is_empty()).collect()
+}
+
+/// The series of each file: the levels that one bake wrote, `<stem>_lod<n>.glb` in one folder, are
+/// one; any other file is its own.
+fn series_colors(files: &[&str]) -> Vec<usize> {
+    let mut keys: Vec<&str> = Vec::new();
+    let mut colors = Vec::new();
+    for file in files {
+        let key = level_stem(file).unwrap_or(file);
+        let known = level_stem(file).and_then(|_| keys.iter().position(|known| *known == key));
+        colors.push(known.unwrap_or(keys.len()));
+        if known.is_none() {
+            keys.push(key);
+        }
+    }
+    colors
+}
+
+/// The path of a level without `_lod<n>.glb`.
+fn level_stem(file: &str) -> Option<&str> {
+    let (stem, number) = file.strip_suffix(".glb")?.rsplit_once("_lod")?;
+    (!number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit())).then_some(stem)
+}
+
+fn file_name(path: &str) -> String {
+    std::path::Path::new(path)
+        .file_name()
+        .map_or_else(|| path.to_owned(), |name| name.to_string_lossy().into_owned())
+}
+
+fn counted(count: usize, what: &str) -> String {
+    let plural = match (count, what) {
+        (1, _) => "",
+        (_, "mesh") => "es",
+        _ => "s",
+    };
+    format!("{} {what}{plural}", grouped(count))
+}
+
+/// The colors of the heat map at its corners, with what they mean.
+fn legend() -> Vec<Stop> {
+    let stop = |third: u8| {
+        let difference = WHITE * f32::from(third) / 3.0;
+        let [red, green, blue] = heat_color(difference).0;
+        let least = if third == 3 { "≥ " } else { "" };
+        Stop {
+            percent: 100.0 * f32::from(third) / 3.0,
+            color: format!("rgb({red} {green} {blue})"),
+            label: format!("{least}{:.1} %", 100.0 * difference),
+        }
+    };
+    (0..=3).map(stop).collect()
+}
+
+fn atlas_block(atlas: &AtlasPicture) -> AtlasBlock<'_> {
+    let role = match atlas.role {
+        Some(Role::Color) => ", color",
+        Some(Role::Normal) => ", normals",
+        Some(Role::Data) => ", data",
+        None => "",
+    };
+    let [width, height] = atlas.size;
+    let share = 100.0 * atlas.covered as f64 / (width * height).max(1) as f64;
+    let (covered, filled) = (grouped(atlas.covered), grouped(atlas.filled));
+    let mut detail = format!("{covered} of its texels ({share:.1} %) are covered, {filled} filled");
+    if atlas.remaining > 0 {
+        detail += &format!(", {} could not be", grouped(atlas.remaining));
+    }
+    let mips = atlas.reads.iter().map(|mip| {
+        [
+            format!("{} × {}", mip.width, mip.height),
+            grouped(mip.read),
+            grouped(mip.invalid),
+            grouped(atlas.reads_after(mip.invalid)),
+        ]
+    });
+    AtlasBlock {
+        title: format!("Image {}{role}, {width} × {height}", atlas.image),
+        detail,
+        mips: mips.collect(),
+        atlas,
+    }
+}
+
+fn atlas_notes(atlases: &AtlasPictures) -> Vec<String> {
+    let alone = atlases
+        .left_alone
+        .iter()
+        .map(|(image, why)| format!("Image {image} was left alone: {why}."));
+    let more = (atlases.more > 0).then(|| format!("{} more were repaired.", atlases.more));
+    more.into_iter().chain(alone).collect()
+}
+
+fn timing_bars(seconds: &Seconds) -> Vec<Bar> {
+    let stages = [
+        ("read", seconds.read),
+        ("weld", seconds.weld),
+        ("simplify", seconds.simplify),
+        ("polish", seconds.polish),
+        ("repair", seconds.repair),
+        ("transfer", seconds.transfer),
+        ("evaluate", seconds.evaluate),
+        ("write", seconds.write),
+        ("report", seconds.report),
+    ];
+    let longest = stages.iter().map(|(_, time)| *time).fold(f64::MIN_POSITIVE, f64::max);
+    let bar = |(name, time): (&str, f64)| Bar {
+        name: name.to_owned(),
+        percent: 100.0 * time / longest,
+        text: format!("{time:.2} s"),
+    };
+    stages.into_iter().filter(|(_, time)| *time > 0.0).map(bar).collect()
+}
+
+fn thread_bars(times: &[ThreadTime]) -> Vec<Bar> {
+    let Some(one) = times.first().map(|time| time.seconds) else { return Vec::new() };
+    let speed_up = |time: &ThreadTime| one / time.seconds.max(f64::MIN_POSITIVE);
+    let most = times.iter().map(speed_up).fold(f64::MIN_POSITIVE, f64::max);
+    let bar = |time: &ThreadTime| Bar {
+        name: counted(time.threads, "thread"),
+        percent: 100.0 * speed_up(time) / most,
+        text: format!("{:.2} ×, {:.2} s", speed_up(time), time.seconds),
+    };
+    times.iter().map(bar).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evaluate::scene::Mode;
+    use crate::evaluate::scene::Scene;
+    use crate::report::{CandidateReport, ReferenceReport};
+
+    #[test]
+    fn levels_of_one_bake_are_one_series() {
+        let files = ["a/x_lod1.glb", "other.glb", "a/x_lod2.glb", "b/x_lod2.glb", "other.glb"];
+        assert_eq!(series_colors(&files), [0, 1, 0, 2, 3]);
+        assert_eq!(level_stem("a/x_lod12.glb"), Some("a/x"));
+        assert_eq!(level_stem("a/x_lod.glb"), None);
+        assert_eq!(level_stem("a/x_lodge.glb"), None);
+    }
+
+    #[test]
+    fn text_from_files_is_escaped() {
+        let report = EvaluateReport {
+            schema: 1,
+            reference: ReferenceReport { file: "<b>&\".glb".into(), triangles: 12, diagonal: 1.0 },
+            mode: Mode::Lit,
+            views: Vec::new(),
+            candidates: vec![CandidateReport {
+                file: "<script>.glb".into(),
+                triangles: 6,
+                metrics: Some(Metrics::default()),
+                failure: None,
+            }],
+        };
+        let mut gallery = Gallery::new(&Scene::default()).unwrap();
+        gallery.add(&Scene::default()).unwrap();
+        let page = evaluate_page(&report, &gallery).unwrap();
+        assert!(!page.contains("<script") && !page.contains("<b>"));
+        assert!(page.contains("&#60;script&#62;.glb") && page.contains("&lt;script&gt;.glb: 6"));
+    }
+
+    #[test]
+    fn points_are_sorted_and_figures_without_a_value_left_out() {
+        let metrics = Metrics { rms_luminance_srgb: 0.5, volume_ratio: None, ..Metrics::default() };
+        let bad = Metrics { distance_max: f64::NAN, ..metrics };
+        let measured = [("a".into(), 9, &metrics, 0), ("b".into(), 4, &bad, 0)];
+        let charts = charts(&measured);
+        assert_eq!(charts.len(), 6, "no volume");
+        let triangles = |chart: &Chart| -> Vec<usize> {
+            chart.series[0].points.iter().map(|point| point.triangles).collect()
+        };
+        assert_eq!(triangles(&charts[0]), [4, 9]);
+        assert_eq!(triangles(&charts[2]), [9]);
+    }
+
+    #[test]
+    fn the_legend_has_the_colors_of_the_map() {
+        let legend = legend();
+        let colors: Vec<&str> = legend.iter().map(|stop| stop.color.as_str()).collect();
+        assert_eq!(colors, ["rgb(0 0 0)", "rgb(255 0 0)", "rgb(255 255 0)", "rgb(255 255 255)"]);
+        assert_eq!(legend[3].label, "≥ 12.5 %");
+    }
+
+    #[test]
+    fn bars_are_shares_of_the_longest() {
+        let bars = timing_bars(&Seconds { read: 1.0, simplify: 4.0, ..Seconds::default() });
+        let bars: Vec<_> = bars.iter().map(|bar| (bar.name.as_str(), bar.percent)).collect();
+        assert_eq!(bars, [("read", 25.0), ("simplify", 100.0)]);
+        let times = [(1, 4.0), (2, 2.0)].map(|(threads, seconds)| ThreadTime { threads, seconds });
+        let bars = thread_bars(&times);
+        assert_eq!((bars[0].percent, bars[1].text.as_str()), (50.0, "2.00 ×, 2.00 s"));
+        assert_eq!((bars[0].name.as_str(), bars[1].name.as_str()), ("1 thread", "2 threads"));
+    }
+}

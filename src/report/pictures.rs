@@ -1,0 +1,298 @@
+//! The pictures of a report, each encoded as soon as it is drawn: renders, where they differ,
+//! wireframes, and atlases before and after their repair.
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use image::codecs::jpeg::JpegEncoder;
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use image::{DynamicImage, RgbImage};
+use rayon::prelude::*;
+use seamwise_texture::{MipReads, Role, Validity};
+
+use crate::asset::Asset;
+use crate::atlas::{ImageRepair, LeftAlone, Repaired};
+use crate::error::{Error, Result};
+use crate::evaluate::camera::Rig;
+use crate::evaluate::heat::difference_map;
+use crate::evaluate::render::{Image, render_views};
+use crate::evaluate::scene::{Mode, Scene};
+use crate::evaluate::wireframe::draw_wireframe;
+use crate::images::decode;
+
+/// Views of a scene.
+pub const VIEWS: usize = 6;
+/// Pixels along each side of a render and of a wireframe; the page shows them smaller until they
+/// are asked for.
+const RENDER_SIDE: usize = 384;
+const WIRE_SIDE: usize = 512;
+/// Most pixels along a side of an atlas.
+const ATLAS_SIDE: u32 = 384;
+/// Most atlases that are shown.
+const MOST_ATLASES: usize = 8;
+/// Quality of JPEGs: the pictures are for looking at, not for measuring.
+const JPEG_QUALITY: u8 = 88;
+
+/// An encoded picture.
+#[derive(Clone, Debug)]
+pub struct Picture {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// A `data:` URI of a PNG or JPEG.
+    pub uri: String,
+}
+
+impl Picture {
+    /// Encodes a picture as PNG or, where that is smaller, as JPEG.
+    ///
+    /// # Errors
+    /// [`Error::Internal`] if an encoder refuses it.
+    pub fn new(pixels: &RgbImage) -> Result<Self> {
+        let (mut png, mut jpeg) = (Vec::new(), Vec::new());
+        let encoder =
+            PngEncoder::new_with_quality(&mut png, CompressionType::Default, FilterType::Adaptive);
+        let internal = |error: image::ImageError| Error::Internal { what: error.to_string() };
+        pixels.write_with_encoder(encoder).map_err(internal)?;
+        let encoder = JpegEncoder::new_with_quality(&mut jpeg, JPEG_QUALITY);
+        pixels.write_with_encoder(encoder).map_err(internal)?;
+        let (kind, bytes) = if png.len() <= jpeg.len() { ("png", png) } else { ("jpeg", jpeg) };
+        let uri = format!("data:image/{kind};base64,{}", STANDARD.encode(bytes));
+        Ok(Self { width: pixels.width(), height: pixels.height(), uri })
+    }
+}
+
+/// A reference and what is compared with it, seen by the same cameras.
+pub struct Gallery {
+    rig: Rig,
+    reference: Vec<Image>,
+    /// One per scene, the reference first.
+    pub scenes: Vec<SceneViews>,
+}
+
+/// What is shown of one scene.
+pub struct SceneViews {
+    /// One per view.
+    pub renders: Vec<Picture>,
+    /// One per view: the difference to the reference. None for the reference itself.
+    pub differences: Vec<Picture>,
+    /// The first view.
+    pub wireframe: Picture,
+}
+
+impl Gallery {
+    /// Draws the reference.
+    ///
+    /// # Errors
+    /// [`Error::Internal`] if an encoder fails.
+    pub fn new(reference: &Scene) -> Result<Self> {
+        let rig = Rig::around(reference, VIEWS, RENDER_SIDE);
+        let images = render_views(reference, &rig, Mode::Lit);
+        let scenes = vec![SceneViews {
+            renders: encode_all(&images, Image::to_srgb8)?,
+            differences: Vec::new(),
+            wireframe: wireframe(reference, &rig)?,
+        }];
+        Ok(Self { rig, reference: images, scenes })
+    }
+
+    /// Draws a candidate beside it.
+    ///
+    /// # Errors
+    /// [`Error::Internal`] if an encoder fails.
+    pub fn add(&mut self, candidate: &Scene) -> Result<()> {
+        let images = render_views(candidate, &self.rig, Mode::Lit);
+        let pairs: Vec<(&Image, &Image)> = self.reference.iter().zip(&images).collect();
+        self.scenes.push(SceneViews {
+            renders: encode_all(&images, Image::to_srgb8)?,
+            differences: encode_all(&pairs, |(own, other)| difference_map(own, other))?,
+            wireframe: wireframe(candidate, &self.rig)?,
+        });
+        Ok(())
+    }
+}
+
+fn encode_all<T: Sync>(of: &[T], draw: impl Fn(&T) -> RgbImage + Sync) -> Result<Vec<Picture>> {
+    of.par_iter().map(|each| Picture::new(&draw(each))).collect()
+}
+
+fn wireframe(scene: &Scene, rig: &Rig) -> Result<Picture> {
+    Picture::new(&draw_wireframe(scene, &rig.cameras[0], WIRE_SIDE))
+}
+
+/// What became of the images of an asset.
+#[derive(Clone, Debug, Default)]
+pub struct AtlasPictures {
+    /// The first of the repaired ones.
+    pub shown: Vec<AtlasPicture>,
+    /// How many more were repaired.
+    pub more: usize,
+    /// Images that were left alone, and why.
+    pub left_alone: Vec<(usize, LeftAlone)>,
+}
+
+/// An atlas before and after its repair.
+#[derive(Clone, Debug)]
+pub struct AtlasPicture {
+    /// Its index among the document's images.
+    pub image: usize,
+    /// What its texels mean.
+    pub role: Option<Role>,
+    /// Width and height in texels.
+    pub size: [usize; 2],
+    /// Texels that charts cover.
+    pub covered: usize,
+    /// Texels that were filled.
+    pub filled: usize,
+    /// Texels that could not be.
+    pub remaining: usize,
+    /// What filtering inside the charts read before, at each mip level.
+    pub reads: Vec<MipReads>,
+    /// The image as it came, with hatches over its invalid texels.
+    pub before: Picture,
+    /// The image as it is now.
+    pub after: Picture,
+}
+
+impl AtlasPicture {
+    /// Reads of invalid texels after the repair at a mip level that had so many before: a fill
+    /// leaves none of them or all.
+    pub fn reads_after(&self, before: usize) -> usize {
+        if self.remaining == 0 { 0 } else { before }
+    }
+}
+
+/// Draws the repaired images of an asset, as they were and as they are.
+///
+/// # Errors
+/// [`Error::Invalid`] if an image is damaged.
+pub fn draw_atlases(asset: &Asset, repairs: &[ImageRepair]) -> Result<AtlasPictures> {
+    let repaired: Vec<(&ImageRepair, &Repaired)> =
+        repairs.iter().filter_map(|each| Some((each, each.result.as_ref().ok()?))).collect();
+    let left_alone =
+        repairs.iter().filter_map(|each| Some((each.image, *each.result.as_ref().err()?)));
+    let shown = &repaired[..repaired.len().min(MOST_ATLASES)];
+    Ok(AtlasPictures {
+        shown: shown
+            .par_iter()
+            .map(|(repair, repaired)| draw_atlas(asset, repair, repaired))
+            .collect::<Result<_>>()?,
+        more: repaired.len() - shown.len(),
+        left_alone: left_alone.collect(),
+    })
+}
+
+fn draw_atlas(asset: &Asset, repair: &ImageRepair, repaired: &Repaired) -> Result<AtlasPicture> {
+    let before = decode(&asset.images[repair.image], &format!("/images/{}", repair.image))?;
+    let validity = &repaired.validity;
+    let mut marked = thumbnail(&before);
+    hatch(&mut marked, validity);
+    Ok(AtlasPicture {
+        image: repair.image,
+        role: repair.role,
+        size: [validity.width(), validity.height()],
+        covered: validity.valid(),
+        filled: repaired.outcome.filled,
+        remaining: repaired.outcome.remaining,
+        reads: repaired.reads(),
+        before: Picture::new(&marked)?,
+        after: Picture::new(&thumbnail(&repaired.texels))?,
+    })
+}
+
+/// An image as small as it is shown, without its alpha, which would hide what was filled.
+fn thumbnail(image: &DynamicImage) -> RgbImage {
+    let opaque = DynamicImage::ImageRgb8(image.to_rgb8());
+    if image.width().max(image.height()) <= ATLAS_SIDE {
+        return opaque.into_rgb8();
+    }
+    opaque.thumbnail(ATLAS_SIDE, ATLAS_SIDE).into_rgb8()
+}
+
+/// Draws slanted lines over invalid texels and dims what is between them.
+fn hatch(picture: &mut RgbImage, validity: &Validity) {
+    const LINE: [f32; 3] = [255.0, 196.0, 61.0];
+    const DIM: [f32; 3] = [26.0, 22.0, 40.0];
+    let (width, height) = picture.dimensions();
+    let flags = validity.flags();
+    // The texels under a pixel: at least one.
+    let span = |at: u32, pixels: u32, texels: usize| {
+        let edge = |at: u32| at as usize * texels / pixels as usize;
+        edge(at)..edge(at + 1).max(edge(at) + 1)
+    };
+    for (x, y, pixel) in picture.enumerate_pixels_mut() {
+        let (columns, rows) =
+            (span(x, width, validity.width()), span(y, height, validity.height()));
+        let texels = columns.len() * rows.len();
+        let invalid: usize = rows
+            .map(|row| columns.clone().filter(|x| !flags[row * validity.width() + x]).count())
+            .sum();
+        let share = invalid as f32 / texels as f32;
+        let (color, most) = if (x + y) % 8 < 2 { (LINE, 1.0) } else { (DIM, 0.7) };
+        for (sample, color) in pixel.0.iter_mut().zip(color) {
+            let own = f32::from(*sample);
+            *sample = (own + (color - own) * most * share).round() as u8;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use image::Rgb;
+
+    use super::*;
+
+    /// The pixels of a picture.
+    fn decode_uri(picture: &Picture) -> RgbImage {
+        let (head, base64) = picture.uri.split_once(',').unwrap();
+        assert!(["data:image/png;base64", "data:image/jpeg;base64"].contains(&head), "{head}");
+        let bytes = STANDARD.decode(base64).unwrap();
+        image::load_from_memory(&bytes).unwrap().into_rgb8()
+    }
+
+    #[test]
+    fn a_picture_is_the_smaller_of_png_and_jpeg() {
+        let flat = RgbImage::from_pixel(64, 64, Rgb([9, 90, 200]));
+        let noise = RgbImage::from_fn(64, 64, |x, y| {
+            let hash = (x * 73 + y * 179 + 1).wrapping_mul(0x9e37_79b9) >> 8;
+            Rgb([hash as u8, (hash >> 8) as u8, (hash >> 16) as u8])
+        });
+        let [flat_picture, noisy] = [&flat, &noise].map(|pixels| Picture::new(pixels).unwrap());
+        assert_eq!(decode_uri(&flat_picture), flat);
+        assert!(noisy.uri.starts_with("data:image/jpeg"));
+        assert_eq!(decode_uri(&noisy).dimensions(), (64, 64));
+    }
+
+    #[test]
+    fn hatches_lie_over_invalid_texels_alone() {
+        let own = Rgb([100, 100, 100]);
+        let mut picture = RgbImage::from_pixel(16, 8, own);
+        // The left half of twice as many texels is valid.
+        let flags = (0..32 * 16).map(|texel| texel % 32 < 16).collect();
+        hatch(&mut picture, &Validity::from_flags(32, 16, flags));
+        assert!(picture.enumerate_pixels().all(|(x, _, pixel)| (x < 8) == (*pixel == own)));
+        assert!(picture.get_pixel(8, 0).0[0] > 200 && picture.get_pixel(12, 0).0[0] < 100);
+        let mut small = RgbImage::from_pixel(8, 8, own);
+        hatch(&mut small, &Validity::from_flags(2, 2, vec![true, true, true, false]));
+        assert_eq!(*small.get_pixel(7, 3), own);
+        assert_ne!(*small.get_pixel(4, 4), own);
+    }
+
+    #[test]
+    fn a_gallery_has_a_column_for_each_scene() {
+        let scene = Scene {
+            positions: vec![glam::Vec3::ZERO, glam::Vec3::X, glam::Vec3::Y],
+            normals: vec![glam::Vec3::Z; 3],
+            triangles: vec![[0, 1, 2], [0, 2, 1]],
+            ..Scene::default()
+        };
+        let mut gallery = Gallery::new(&scene).unwrap();
+        gallery.add(&scene).unwrap();
+        let [own, other] = gallery.scenes.as_slice() else { panic!("two scenes") };
+        assert_eq!((own.renders.len(), own.differences.len()), (VIEWS, 0));
+        assert_eq!((other.renders.len(), other.differences.len()), (VIEWS, VIEWS));
+        assert!(own.renders.iter().zip(&other.renders).all(|(a, b)| a.uri == b.uri));
+        let black = decode_uri(&other.differences[0]);
+        assert!(black.pixels().all(|pixel| *pixel == Rgb([0; 3])));
+    }
+}
