@@ -92,9 +92,12 @@ impl Chart {
             SIZE[0], SIZE[1], self.title
         );
         axes.draw(&mut svg, self.ideal);
-        let mut taken = Vec::new();
-        for series in &self.series {
-            draw_series(&mut svg, series, &axes, &mut taken);
+        let lines: Vec<Vec<[f64; 2]>> =
+            self.series.iter().map(|series| axes.places(series)).collect();
+        let mut taken = obstacles(&lines);
+        for (series, places) in self.series.iter().zip(&lines) {
+            draw_series(&mut svg, series, places, &axes.ticks);
+            draw_labels(&mut svg, series, places, &axes.ticks, &mut taken);
         }
         svg += "</svg>";
         svg
@@ -128,6 +131,11 @@ impl Axes {
     fn y(&self, value: f64) -> f64 {
         let (low, high) = (self.ticks.value(self.ticks.first), self.ticks.value(self.ticks.last));
         PLOT[3] - (value - low) / (high - low) * (PLOT[3] - PLOT[1])
+    }
+
+    fn places(&self, series: &Series) -> Vec<[f64; 2]> {
+        let place = |point: &Point| [self.x(point.triangles as f64), self.y(point.value)];
+        series.points.iter().map(place).collect()
     }
 
     fn draw(&self, svg: &mut String, ideal: f64) {
@@ -171,63 +179,77 @@ fn put(svg: &mut String, what: std::fmt::Arguments<'_>) {
     let _ = svg.write_fmt(what);
 }
 
-/// A line through the points, the points with their values on hover, and labels where there is
-/// room.
-fn draw_series(svg: &mut String, series: &Series, axes: &Axes, taken: &mut Vec<[f64; 4]>) {
-    let places: Vec<[f64; 2]> = series
-        .points
-        .iter()
-        .map(|point| [axes.x(point.triangles as f64), axes.y(point.value)])
-        .collect();
+/// A line through the points, and the points with their values on hover.
+fn draw_series(svg: &mut String, series: &Series, places: &[[f64; 2]], ticks: &Ticks) {
     let color = series.color % COLORS;
     put(svg, format_args!("<g style=\"--own:var(--series-{color})\">"));
-    for (index, [x, y]) in places.iter().enumerate() {
-        match index {
-            0 if places.len() == 1 => {}
-            0 => put(svg, format_args!("<path class=\"line\" d=\"M{x:.1} {y:.1}")),
-            _ => put(svg, format_args!("L{x:.1} {y:.1}")),
-        }
-    }
-    if places.len() > 1 {
+    if let [[x, y], rest @ ..] = places
+        && !rest.is_empty()
+    {
+        put(svg, format_args!("<path class=\"line\" d=\"M{x:.1} {y:.1}"));
+        rest.iter().for_each(|[x, y]| put(svg, format_args!("L{x:.1} {y:.1}")));
         svg.push_str("\"/>");
     }
-    for (index, (point, [x, y])) in series.points.iter().zip(&places).enumerate() {
-        let value = axes.ticks.value_text(point.value);
-        let tip = escape(&format!(
-            "{}: {} triangles, {}",
-            point.name,
-            grouped(point.triangles),
-            axes.ticks.full_text(point.value)
-        ));
+    for (point, [x, y]) in series.points.iter().zip(places) {
+        let (name, value) = (escape(&point.name), ticks.full_text(point.value));
+        let triangles = grouped(point.triangles);
         put(
             svg,
             format_args!(
-                "<g class=\"point\"><title>{tip}</title><circle class=\"reach\" cx=\"{x:.1}\" \
-             cy=\"{y:.1}\" r=\"11\"/><circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.2\"/></g>"
+                "<g class=\"point\"><title>{name}: {triangles} triangles, {value}</title>\
+                 <circle class=\"reach\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"11\"/>\
+                 <circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.2\"/></g>"
             ),
         );
-        let at = [x + 6.0, if rises(&places, index) { y + 14.0 } else { y - 6.0 }];
-        let width = value.chars().count() as f64 * DIGIT;
-        let space = [at[0], at[1] - 10.0, at[0] + width, at[1] + 2.0];
-        let free = taken.iter().all(|other| apart(&space, other));
-        if free && space[2] <= SIZE[0] {
-            taken.push(space);
-            let [x, y] = at;
-            put(
-                svg,
-                format_args!("<text class=\"label\" x=\"{x:.1}\" y=\"{y:.1}\">{value}</text>"),
-            );
-        }
     }
     svg.push_str("</g>");
 }
 
-/// Whether the line leaves a point upward to the right, or reaches the last one so: its label then
-/// stands below.
-fn rises(places: &[[f64; 2]], index: usize) -> bool {
-    let next = places.get(index + 1).or(index.checked_sub(1).map(|before| &places[before]));
-    next.is_some_and(|next| (next[1] < places[index][1]) == (next[0] > places[index][0]))
-        && places.iter().any(|place| place[1] != places[index][1])
+/// The value of each point, to the right above or below it, where there is room.
+fn draw_labels(
+    svg: &mut String,
+    series: &Series,
+    places: &[[f64; 2]],
+    ticks: &Ticks,
+    taken: &mut Vec<[f64; 4]>,
+) {
+    for (point, [x, y]) in series.points.iter().zip(places) {
+        let text = ticks.value_text(point.value);
+        let width = text.chars().count() as f64 * DIGIT;
+        for base in [y - 6.0, y + 14.0] {
+            let space = [x + 6.0, base - 8.0, x + 6.0 + width, base];
+            let is_inside = space[2] <= SIZE[0] && space[3] <= PLOT[3] + 1.0;
+            if is_inside && taken.iter().all(|other| apart(&space, other)) {
+                taken.push(space);
+                let x = space[0];
+                put(
+                    svg,
+                    format_args!(
+                        "<text class=\"label\" x=\"{x:.1}\" y=\"{base:.1}\">{text}</text>"
+                    ),
+                );
+                break;
+            }
+        }
+    }
+}
+
+/// Boxes that no label may lie on: along the lines, and around the points.
+fn obstacles(lines: &[Vec<[f64; 2]>]) -> Vec<[f64; 4]> {
+    const STEPS: u32 = 48;
+    let around = |[x, y]: [f64; 2], reach: f64| [x - reach, y - reach, x + reach, y + reach];
+    let mut boxes = Vec::new();
+    for line in lines {
+        boxes.extend(line.iter().map(|place| around(*place, 3.5)));
+        for pair in line.windows(2) {
+            let at = |step: u32| {
+                let t = f64::from(step) / f64::from(STEPS);
+                [0, 1].map(|axis| pair[0][axis] + (pair[1][axis] - pair[0][axis]) * t)
+            };
+            boxes.extend((0..=STEPS).map(|step| around(at(step), 1.0)));
+        }
+    }
+    boxes
 }
 
 fn apart(a: &[f64; 4], b: &[f64; 4]) -> bool {
@@ -422,9 +444,15 @@ mod tests {
     }
 
     #[test]
-    fn labels_do_not_lie_on_each_other() {
+    fn labels_lie_neither_on_each_other_nor_on_lines() {
         let svg = chart(vec![point(1024, 1.0), point(1030, 0.99)]).to_svg();
-        assert_eq!(svg.matches("class=\"label\"").count(), 1, "{svg}");
+        assert_eq!(svg.matches("class=\"label\"").count(), 2, "{svg}");
+        let svg = chart((0..5).map(|k| point(1024 + k, 1.0)).collect()).to_svg();
+        assert_eq!(svg.matches("class=\"label\"").count(), 2, "{svg}");
+        // The label of the first would lie on the line upward, and goes below.
+        let svg = chart(vec![point(1024, 0.5), point(2048, 0.6)]).to_svg();
+        let axes = Axes::new([1024, 2048].into_iter(), Ticks::over(0.0, 0.6));
+        assert!(svg.contains(&format!("y=\"{:.1}\">0.50</text>", axes.y(0.5) + 14.0)), "{svg}");
     }
 
     #[test]

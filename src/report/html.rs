@@ -138,18 +138,19 @@ pub fn bake_page(report: &BakeReport, extras: &Extras) -> Result<String> {
 /// [`Error::Internal`] if the template fails.
 pub fn evaluate_page(report: &EvaluateReport, gallery: &Gallery) -> Result<String> {
     let reference = &report.reference;
-    let compared = || report.candidates.iter().filter(|candidate| candidate.metrics.is_some());
     let files: Vec<&str> =
         report.candidates.iter().map(|candidate| candidate.file.as_str()).collect();
     let colors = series_colors(&files);
     let several = colors.iter().any(|color| *color != 0);
-    let measured = report.candidates.iter().zip(&colors).filter_map(|(candidate, &color)| {
-        let metrics = candidate.metrics.as_ref()?;
-        Some((file_name(&candidate.file), candidate.triangles, metrics, color))
-    });
-    let measured: Vec<_> = measured.collect();
+    let short = short_names(&files);
+    let compared = report.candidates.iter().zip(&short).zip(&colors);
+    let measured: Vec<_> = compared
+        .filter_map(|((candidate, name), &color)| {
+            Some((name.clone(), candidate.triangles, candidate.metrics.as_ref()?, color))
+        })
+        .collect();
     let names = std::iter::once((file_name(&reference.file), reference.triangles))
-        .chain(compared().map(|candidate| (file_name(&candidate.file), candidate.triangles)));
+        .chain(measured.iter().map(|(name, triangles, ..)| (name.clone(), *triangles)));
     let own_colors =
         std::iter::once(None).chain(colors.iter().map(|&color| several.then_some(color)));
     let failures = report.candidates.iter().filter_map(|candidate| {
@@ -223,10 +224,10 @@ const DIAGONAL: &str = "of the diagonal";
 const FIGURES: [Figure; 7] = [
     ("RMS luminance", "sRGB, 0…1", 0.0, |m| Some(m.rms_luminance_srgb)),
     ("RMS distance", DIAGONAL, 0.0, |m| Some(m.distance_rms)),
-    ("Greatest distance", DIAGONAL, 0.0, |m| Some(m.distance_max)),
+    ("Max distance", DIAGONAL, 0.0, |m| Some(m.distance_max)),
     ("Color error", "RMS, sRGB", 0.0, |m| Some(m.color_rms)),
     ("Normal error", "RMS, degrees", 0.0, |m| Some(m.normal_degrees_rms)),
-    ("Volume", "over the source's", 1.0, |m| m.volume_ratio),
+    ("Volume", "over the source’s", 1.0, |m| m.volume_ratio),
     ("Silhouette overlap", "IoU", 1.0, |m| Some(m.silhouette_iou)),
 ];
 
@@ -278,6 +279,16 @@ fn file_name(path: &str) -> String {
     std::path::Path::new(path)
         .file_name()
         .map_or_else(|| path.to_owned(), |name| name.to_string_lossy().into_owned())
+}
+
+/// The files without their folders, unless two of them would be called the same.
+fn short_names(files: &[&str]) -> Vec<String> {
+    let names: Vec<String> = files.iter().map(|file| file_name(file)).collect();
+    let is_twice = |name: &String| names.iter().filter(|other| *other == name).count() > 1;
+    let of = |(name, file): (&String, &&str)| {
+        if is_twice(name) { (*file).to_owned() } else { name.clone() }
+    };
+    names.iter().zip(files).map(of).collect()
 }
 
 fn counted(count: usize, what: &str) -> String {
@@ -390,6 +401,12 @@ mod tests {
         assert_eq!(level_stem("a/x_lod12.glb"), Some("a/x"));
         assert_eq!(level_stem("a/x_lod.glb"), None);
         assert_eq!(level_stem("a/x_lodge.glb"), None);
+    }
+
+    #[test]
+    fn files_go_by_their_names_where_those_differ() {
+        let names = short_names(&["a/x.glb", "b/x.glb", "b/y.glb"]);
+        assert_eq!(names, ["a/x.glb", "b/x.glb", "y.glb"]);
     }
 
     #[test]

@@ -254,7 +254,8 @@ mod tests {
     fn a_picture_is_the_smaller_of_png_and_jpeg() {
         let flat = RgbImage::from_pixel(64, 64, Rgb([9, 90, 200]));
         let noise = RgbImage::from_fn(64, 64, |x, y| {
-            let hash = (x * 73 + y * 179 + 1).wrapping_mul(0x9e37_79b9) >> 8;
+            let mixed = (x * 64 + y + 1).wrapping_mul(0x9e37_79b9);
+            let hash = (mixed ^ mixed >> 15).wrapping_mul(0x85eb_ca6b) >> 8;
             Rgb([hash as u8, (hash >> 8) as u8, (hash >> 16) as u8])
         });
         let [flat_picture, noisy] = [&flat, &noise].map(|pixels| Picture::new(pixels).unwrap());
