@@ -17,6 +17,7 @@
 //! - [`levels`] puts levels into documents, [`write`](mod@write) documents into files.
 //! - [`repair`](mod@repair) fills the atlases of a file and leaves the rest as it is.
 //! - [`evaluate`] measures how far a level is from its source.
+//! - [`report`](mod@report) tells it as JSON, as a table and as a page.
 //! - [`bake`](mod@bake) is the straight line through all of them.
 //!
 //! ```no_run

@@ -89,13 +89,20 @@ fn help_has_an_example_for_each_subcommand() {
 fn the_options_of_the_design_are_there() {
     let stage = Stage::new();
     let help = stage.run(&["bake", "--help"]).stdout;
-    for option in
-        ["-o", "--levels", "--ratios", "--triangles", "--max-error", "--textures", "--no-evaluate"]
-    {
+    for option in [
+        "-o",
+        "--levels",
+        "--ratios",
+        "--triangles",
+        "--max-error",
+        "--textures",
+        "--no-evaluate",
+        "--report",
+    ] {
         assert!(help.contains(option), "bake {option}");
     }
     let help = stage.run(&["evaluate", "--help"]).stdout;
-    for option in ["--views", "--resolution", "--samples", "--json"] {
+    for option in ["--views", "--resolution", "--samples", "--json", "--report"] {
         assert!(help.contains(option), "evaluate {option}");
     }
 }

@@ -6,12 +6,13 @@
 use askama::Template;
 use seamwise_texture::Role;
 
-use super::chart::{COLORS, Chart, Point, Series, grouped};
+use super::chart::{COLORS, Chart};
+use super::figures::{charts, file_name, series_colors, short_names};
 use super::pictures::{AtlasPicture, AtlasPictures, Gallery, Picture};
 use super::threads::ThreadTime;
+use super::ticks::grouped;
 use super::{BakeReport, COLUMNS, EvaluateReport, Seconds, header};
 use crate::error::{Error, Result};
-use crate::evaluate::Metrics;
 use crate::evaluate::heat::{WHITE, heat_color};
 
 /// What the page of a bake shows beyond its report.
@@ -112,7 +113,7 @@ pub fn bake_page(report: &BakeReport, extras: &Extras) -> Result<String> {
     let measured: Vec<_> = measured.collect();
     let names = std::iter::once(("source".to_owned(), input.triangles))
         .chain(levels().map(|(index, level)| (format!("level {}", index + 1), level.triangles)));
-    render(Page {
+    render(&Page {
         title: file_name(&input.file),
         facts: vec![
             format!("{} triangles", grouped(input.triangles)),
@@ -156,7 +157,7 @@ pub fn evaluate_page(report: &EvaluateReport, gallery: &Gallery) -> Result<Strin
     let failures = report.candidates.iter().filter_map(|candidate| {
         Some(format!("{} could not be compared: {}", candidate.file, candidate.failure.as_ref()?))
     });
-    render(Page {
+    render(&Page {
         title: file_name(&reference.file),
         facts: vec![
             format!("{} triangles", grouped(reference.triangles)),
@@ -175,7 +176,7 @@ pub fn evaluate_page(report: &EvaluateReport, gallery: &Gallery) -> Result<Strin
     })
 }
 
-fn render(page: Page<'_>) -> Result<String> {
+fn render(page: &Page<'_>) -> Result<String> {
     page.render().map_err(|error| Error::Internal { what: error.to_string() })
 }
 
@@ -212,83 +213,6 @@ impl<'a> Page<'a> {
             threads: Vec::new(),
         }
     }
-}
-
-/// A candidate with its name, triangles, figures and series.
-type Measured<'a> = (String, usize, &'a Metrics, usize);
-
-/// What a chart draws, and what it calls it.
-type Figure = (&'static str, &'static str, f64, fn(&Metrics) -> Option<f64>);
-
-const DIAGONAL: &str = "of the diagonal";
-const FIGURES: [Figure; 7] = [
-    ("RMS luminance", "sRGB, 0…1", 0.0, |m| Some(m.rms_luminance_srgb)),
-    ("RMS distance", DIAGONAL, 0.0, |m| Some(m.distance_rms)),
-    ("Max distance", DIAGONAL, 0.0, |m| Some(m.distance_max)),
-    ("Color error", "RMS, sRGB", 0.0, |m| Some(m.color_rms)),
-    ("Normal error", "RMS, degrees", 0.0, |m| Some(m.normal_degrees_rms)),
-    ("Volume", "over the source’s", 1.0, |m| m.volume_ratio),
-    ("Silhouette overlap", "IoU", 1.0, |m| Some(m.silhouette_iou)),
-];
-
-fn charts(measured: &[Measured<'_>]) -> Vec<Chart> {
-    let last = measured.iter().map(|(.., series)| *series).max();
-    let series = |of: fn(&Metrics) -> Option<f64>, color: usize| {
-        let own = measured.iter().filter(|(.., series)| *series == color);
-        let mut points: Vec<Point> = own
-            .filter_map(|(name, triangles, metrics, _)| {
-                let value = of(metrics).filter(|value| value.abs() < 1e12)?;
-                Some(Point { triangles: *triangles, value, name: name.clone() })
-            })
-            .collect();
-        points.sort_by_key(|point| point.triangles);
-        Series { color: color % COLORS, points }
-    };
-    let chart = |&(title, unit, ideal, of): &Figure| Chart {
-        title,
-        unit,
-        ideal,
-        series: (0..=last.unwrap_or(0)).map(|color| series(of, color)).collect(),
-    };
-    FIGURES.iter().map(chart).filter(|chart| !chart.is_empty()).collect()
-}
-
-/// The series of each file: the levels that one bake wrote, `<stem>_lod<n>.glb` in one folder, are
-/// one; any other file is its own.
-fn series_colors(files: &[&str]) -> Vec<usize> {
-    let mut keys: Vec<&str> = Vec::new();
-    let mut colors = Vec::new();
-    for file in files {
-        let key = level_stem(file).unwrap_or(file);
-        let known = level_stem(file).and_then(|_| keys.iter().position(|known| *known == key));
-        colors.push(known.unwrap_or(keys.len()));
-        if known.is_none() {
-            keys.push(key);
-        }
-    }
-    colors
-}
-
-/// The path of a level without `_lod<n>.glb`.
-fn level_stem(file: &str) -> Option<&str> {
-    let (stem, number) = file.strip_suffix(".glb")?.rsplit_once("_lod")?;
-    (!number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit())).then_some(stem)
-}
-
-fn file_name(path: &str) -> String {
-    std::path::Path::new(path)
-        .file_name()
-        .map_or_else(|| path.to_owned(), |name| name.to_string_lossy().into_owned())
-}
-
-/// The files without their folders, unless two of them would be called the same.
-fn short_names(files: &[&str]) -> Vec<String> {
-    let names: Vec<String> = files.iter().map(|file| file_name(file)).collect();
-    let is_twice = |name: &String| names.iter().filter(|other| *other == name).count() > 1;
-    let of = |(name, file): (&String, &&str)| {
-        if is_twice(name) { (*file).to_owned() } else { name.clone() }
-    };
-    names.iter().zip(files).map(of).collect()
 }
 
 fn counted(count: usize, what: &str) -> String {
@@ -390,24 +314,10 @@ fn thread_bars(times: &[ThreadTime]) -> Vec<Bar> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::evaluate::Metrics;
     use crate::evaluate::scene::Mode;
     use crate::evaluate::scene::Scene;
     use crate::report::{CandidateReport, ReferenceReport};
-
-    #[test]
-    fn levels_of_one_bake_are_one_series() {
-        let files = ["a/x_lod1.glb", "other.glb", "a/x_lod2.glb", "b/x_lod2.glb", "other.glb"];
-        assert_eq!(series_colors(&files), [0, 1, 0, 2, 3]);
-        assert_eq!(level_stem("a/x_lod12.glb"), Some("a/x"));
-        assert_eq!(level_stem("a/x_lod.glb"), None);
-        assert_eq!(level_stem("a/x_lodge.glb"), None);
-    }
-
-    #[test]
-    fn files_go_by_their_names_where_those_differ() {
-        let names = short_names(&["a/x.glb", "b/x.glb", "b/y.glb"]);
-        assert_eq!(names, ["a/x.glb", "b/x.glb", "y.glb"]);
-    }
 
     #[test]
     fn text_from_files_is_escaped() {
@@ -428,20 +338,6 @@ mod tests {
         let page = evaluate_page(&report, &gallery).unwrap();
         assert!(!page.contains("<script") && !page.contains("<b>"));
         assert!(page.contains("&#60;script&#62;.glb") && page.contains("&lt;script&gt;.glb: 6"));
-    }
-
-    #[test]
-    fn points_are_sorted_and_figures_without_a_value_left_out() {
-        let metrics = Metrics { rms_luminance_srgb: 0.5, volume_ratio: None, ..Metrics::default() };
-        let bad = Metrics { distance_max: f64::NAN, ..metrics };
-        let measured = [("a".into(), 9, &metrics, 0), ("b".into(), 4, &bad, 0)];
-        let charts = charts(&measured);
-        assert_eq!(charts.len(), 6, "no volume");
-        let triangles = |chart: &Chart| -> Vec<usize> {
-            chart.series[0].points.iter().map(|point| point.triangles).collect()
-        };
-        assert_eq!(triangles(&charts[0]), [4, 9]);
-        assert_eq!(triangles(&charts[2]), [9]);
     }
 
     #[test]

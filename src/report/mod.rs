@@ -1,9 +1,11 @@
 //! What a bake or an evaluation found, as JSON, as a table and as a page.
 
 mod chart;
+mod figures;
 pub mod html;
 pub mod pictures;
 pub mod threads;
+mod ticks;
 
 use serde::Serialize;
 use serde_json::Value;

@@ -1,0 +1,119 @@
+//! What the charts show: which figures, which candidates as one series, and under which names.
+
+use super::chart::{COLORS, Chart, Point, Series};
+use crate::evaluate::Metrics;
+
+/// A candidate with its name, triangles, figures and series.
+pub(super) type Measured<'a> = (String, usize, &'a Metrics, usize);
+
+/// What a chart draws, and what it calls it.
+type Figure = (&'static str, &'static str, f64, fn(&Metrics) -> Option<f64>);
+
+/// What distances are over.
+const DIAGONAL: &str = "of the diagonal";
+/// The charts, in the order of the page.
+const FIGURES: [Figure; 7] = [
+    ("RMS luminance", "sRGB, 0…1", 0.0, |m| Some(m.rms_luminance_srgb)),
+    ("RMS distance", DIAGONAL, 0.0, |m| Some(m.distance_rms)),
+    ("Max distance", DIAGONAL, 0.0, |m| Some(m.distance_max)),
+    ("Color error", "RMS, sRGB", 0.0, |m| Some(m.color_rms)),
+    ("Normal error", "RMS, degrees", 0.0, |m| Some(m.normal_degrees_rms)),
+    ("Volume", "over the source’s", 1.0, |m| m.volume_ratio),
+    ("Silhouette overlap", "IoU", 1.0, |m| Some(m.silhouette_iou)),
+];
+
+/// One chart for each figure that a candidate has.
+pub(super) fn charts(measured: &[Measured<'_>]) -> Vec<Chart> {
+    let last = measured.iter().map(|(.., series)| *series).max();
+    let series = |of: fn(&Metrics) -> Option<f64>, color: usize| {
+        let own = measured.iter().filter(|(.., series)| *series == color);
+        let mut points: Vec<Point> = own
+            .filter_map(|(name, triangles, metrics, _)| {
+                let value = of(metrics).filter(|value| value.abs() < 1e12)?;
+                Some(Point { triangles: *triangles, value, name: name.clone() })
+            })
+            .collect();
+        points.sort_by_key(|point| point.triangles);
+        Series { color: color % COLORS, points }
+    };
+    let chart = |&(title, unit, ideal, of): &Figure| Chart {
+        title,
+        unit,
+        ideal,
+        series: (0..=last.unwrap_or(0)).map(|color| series(of, color)).collect(),
+    };
+    FIGURES.iter().map(chart).filter(|chart| !chart.is_empty()).collect()
+}
+
+/// The series of each file: the levels that one bake wrote, `<stem>_lod<n>.glb` in one folder, are
+/// one; any other file is its own.
+pub(super) fn series_colors(files: &[&str]) -> Vec<usize> {
+    let mut keys: Vec<&str> = Vec::new();
+    let mut colors = Vec::new();
+    for file in files {
+        let key = level_stem(file).unwrap_or(file);
+        let known = level_stem(file).and_then(|_| keys.iter().position(|known| *known == key));
+        colors.push(known.unwrap_or(keys.len()));
+        if known.is_none() {
+            keys.push(key);
+        }
+    }
+    colors
+}
+
+/// The path of a level without `_lod<n>.glb`.
+fn level_stem(file: &str) -> Option<&str> {
+    let (stem, number) = file.strip_suffix(".glb")?.rsplit_once("_lod")?;
+    (!number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit())).then_some(stem)
+}
+
+/// A path's last part.
+pub(super) fn file_name(path: &str) -> String {
+    std::path::Path::new(path)
+        .file_name()
+        .map_or_else(|| path.to_owned(), |name| name.to_string_lossy().into_owned())
+}
+
+/// The files without their folders, unless two of them would be called the same.
+pub(super) fn short_names(files: &[&str]) -> Vec<String> {
+    let names: Vec<String> = files.iter().map(|file| file_name(file)).collect();
+    let is_twice = |name: &String| names.iter().filter(|other| *other == name).count() > 1;
+    let of = |(name, file): (&String, &&str)| {
+        if is_twice(name) { (*file).to_owned() } else { name.clone() }
+    };
+    names.iter().zip(files).map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn levels_of_one_bake_are_one_series() {
+        let files = ["a/x_lod1.glb", "other.glb", "a/x_lod2.glb", "b/x_lod2.glb", "other.glb"];
+        assert_eq!(series_colors(&files), [0, 1, 0, 2, 3]);
+        assert_eq!(level_stem("a/x_lod12.glb"), Some("a/x"));
+        assert_eq!(level_stem("a/x_lod.glb"), None);
+        assert_eq!(level_stem("a/x_lodge.glb"), None);
+    }
+
+    #[test]
+    fn files_go_by_their_names_where_those_differ() {
+        let names = short_names(&["a/x.glb", "b/x.glb", "b/y.glb"]);
+        assert_eq!(names, ["a/x.glb", "b/x.glb", "y.glb"]);
+    }
+
+    #[test]
+    fn points_are_sorted_and_figures_without_a_value_left_out() {
+        let metrics = Metrics { rms_luminance_srgb: 0.5, volume_ratio: None, ..Metrics::default() };
+        let bad = Metrics { distance_max: f64::NAN, ..metrics };
+        let measured = [("a".into(), 9, &metrics, 0), ("b".into(), 4, &bad, 0)];
+        let charts = charts(&measured);
+        assert_eq!(charts.len(), 6, "no volume");
+        let triangles = |chart: &Chart| -> Vec<usize> {
+            chart.series[0].points.iter().map(|point| point.triangles).collect()
+        };
+        assert_eq!(triangles(&charts[0]), [4, 9]);
+        assert_eq!(triangles(&charts[2]), [9]);
+    }
+}
