@@ -13,6 +13,11 @@
 //! than [`TOLERANCE`] of it and [`FLOOR`] of the diagonal. Not guaranteed where that takes more than
 //! [`MAX_PIECES`] at a time, as for surfaces that touch nearly everywhere along edges cut otherwise:
 //! then it is a lower bound only.
+//!
+//! Lab note: the maximum over samples and vertices alone, over the true one: 0.89 to 1 with 400,000
+//! samples on a box, a frying pan and a helmet at four levels; 0.63 with 200,000 on a terrain in
+//! tiles. By bounds it agrees with one by libigl within 1 % (tests/peers/distance.py). The search adds
+//! 0.1 to 0.2 s a level on two busy cores, about what the samples take.
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -92,7 +97,7 @@ mod tests {
     fn farthest_of(piece: [Vec3; 3], positions: &[Vec3], triangles: &[[u32; 3]]) -> f64 {
         let surface = Surface::new(positions, triangles.iter().copied());
         let target = Target { positions, triangles, surface: &surface, diagonal: 1.0 };
-        farthest(vec![piece.map(|p| p.as_dvec3())], &target, 0.0)
+        farthest(vec![piece.map(Vec3::as_dvec3)], &target, 0.0)
     }
 
     /// The edges of a triangular hole around the z axis, of radius 1, as three slivers.
@@ -142,7 +147,7 @@ mod tests {
             let triangles = [[0, 1, 2], [3, 4, 5]];
             let found = farthest_of(piece, &positions, &triangles);
             let surface = Surface::new(&positions, triangles);
-            let [a, b, c] = piece.map(|p| p.as_dvec3());
+            let [a, b, c] = piece.map(Vec3::as_dvec3);
             let mut greatest = 0.0f64;
             for (i, j) in (0..=40u8).flat_map(|i| (0..=40 - i).map(move |j| (i, j))) {
                 let (u, v) = (f64::from(i) / 40.0, f64::from(j) / 40.0);
