@@ -13,6 +13,11 @@
 //! than [`TOLERANCE`] of it and [`FLOOR`] of the diagonal. Not guaranteed where that takes more than
 //! [`MAX_PIECES`] at a time, as for surfaces that touch nearly everywhere along edges cut otherwise:
 //! then it is a lower bound only.
+//!
+//! Lab note: the maximum over samples and vertices alone, over the true one: 0.89 to 1 with 400,000
+//! samples on a box, a frying pan and a helmet at four levels; 0.63 with 200,000 on a terrain in
+//! tiles. By bounds it agrees with one by libigl within 1 % (tests/peers/distance.py). The search adds
+//! 0.1 to 0.2 s a level on two busy cores, about what the samples take.
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;

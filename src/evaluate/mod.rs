@@ -182,3 +182,51 @@ impl<'a> Reference<'a> {
 fn peak_ratio(rms: f64) -> Option<f64> {
     (rms > 0.0).then(|| -20.0 * rms.log10())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use scene::{Alpha, Material};
+
+    /// A white triangle whose normals lean to one side.
+    fn leaning(normal: Vec3) -> Scene {
+        let white = Material {
+            base_color: Vec4::ONE,
+            base_color_texture: None,
+            metallic: 0.0,
+            metallic_roughness_texture: None,
+            roughness: 1.0,
+            normal_texture: None,
+            normal_scale: 1.0,
+            occlusion_texture: None,
+            occlusion_strength: 1.0,
+            emissive: Vec3::ZERO,
+            emissive_texture: None,
+            alpha: Alpha::Opaque,
+            double_sided: true,
+            unlit: false,
+        };
+        Scene {
+            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+            normals: vec![normal; 3],
+            colors: vec![Vec4::ONE; 3],
+            triangles: vec![[0, 1, 2]],
+            tangents: vec![[Vec4::ZERO; 3]],
+            triangle_materials: vec![0],
+            materials: vec![white],
+            ..Scene::default()
+        }
+    }
+
+    #[test]
+    fn without_light_normals_do_not_show() {
+        let (reference, candidate) = (leaning(Vec3::Z), leaning(Vec3::X));
+        let options = Options { views: 2, resolution: 32, samples: 100 };
+        let luminance = |mode| {
+            let metrics = Reference::with_mode(&reference, options, mode)?.compare(&candidate)?;
+            Ok::<_, Error>(metrics.rms_luminance)
+        };
+        assert_eq!(luminance(Mode::Unlit).unwrap(), 0.0);
+        assert!(luminance(Mode::Lit).unwrap() > 0.01);
+    }
+}
