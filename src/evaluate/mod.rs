@@ -186,26 +186,12 @@ fn peak_ratio(rms: f64) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use scene::{Alpha, Material};
+    use glam::{Vec3, Vec4};
+    use scene::Material;
 
     /// A white triangle whose normals lean to one side.
     fn leaning(normal: Vec3) -> Scene {
-        let white = Material {
-            base_color: Vec4::ONE,
-            base_color_texture: None,
-            metallic: 0.0,
-            metallic_roughness_texture: None,
-            roughness: 1.0,
-            normal_texture: None,
-            normal_scale: 1.0,
-            occlusion_texture: None,
-            occlusion_strength: 1.0,
-            emissive: Vec3::ZERO,
-            emissive_texture: None,
-            alpha: Alpha::Opaque,
-            double_sided: true,
-            unlit: false,
-        };
+        let white = Material { metallic: 0.0, double_sided: true, ..Material::default() };
         Scene {
             positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
             normals: vec![normal; 3],
