@@ -5,11 +5,11 @@ use std::hint::black_box;
 use std::sync::Arc;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use glam::{Affine2, Vec2, Vec3, Vec4};
+use glam::{Affine2, Vec2, Vec3};
 use seamwise::evaluate::camera::Rig;
 use seamwise::evaluate::render::render_views;
 use seamwise::evaluate::scene::Mode;
-use seamwise::evaluate::scene::{Alpha, Material, Scene, TextureRef};
+use seamwise::evaluate::scene::{Material, Scene, TextureRef};
 use seamwise_attr::{TangentInput, compute_tangents};
 use seamwise_texture::{Encoding, Mips, Wrap};
 
@@ -27,20 +27,12 @@ fn texture(seed: u32, encoding: Encoding) -> Option<TextureRef> {
 fn material() -> Material {
     let packed = texture(2, Encoding::Linear);
     Material {
-        base_color: Vec4::ONE,
         base_color_texture: texture(1, Encoding::Srgb),
-        metallic: 1.0,
-        roughness: 1.0,
         metallic_roughness_texture: packed.clone(),
         normal_texture: texture(3, Encoding::Linear),
         normal_scale: 0.3,
         occlusion_texture: packed,
-        occlusion_strength: 1.0,
-        emissive: Vec3::ZERO,
-        emissive_texture: None,
-        alpha: Alpha::Opaque,
-        double_sided: false,
-        unlit: false,
+        ..Material::default()
     }
 }
 

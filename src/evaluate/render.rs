@@ -181,22 +181,7 @@ mod tests {
     }
 
     fn material() -> Material {
-        Material {
-            base_color: Vec4::ONE,
-            base_color_texture: None,
-            metallic: 0.0,
-            metallic_roughness_texture: None,
-            roughness: 0.7,
-            normal_texture: None,
-            normal_scale: 1.0,
-            occlusion_texture: None,
-            occlusion_strength: 1.0,
-            emissive: Vec3::ZERO,
-            emissive_texture: None,
-            alpha: Alpha::Opaque,
-            double_sided: false,
-            unlit: false,
-        }
+        Material { metallic: 0.0, roughness: 0.7, ..Material::default() }
     }
 
     /// The square −1…1 as a grid of 2·n² triangles, pushed through `place`; the image upright on it.

@@ -76,27 +76,11 @@ fn clay(normal: DVec3) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::scene::{Alpha, Material};
+    use super::super::scene::Material;
     use super::*;
-    use glam::Vec4;
 
     fn material() -> Material {
-        Material {
-            base_color: Vec4::ONE,
-            base_color_texture: None,
-            metallic: 0.0,
-            metallic_roughness_texture: None,
-            roughness: 1.0,
-            normal_texture: None,
-            normal_scale: 1.0,
-            occlusion_texture: None,
-            occlusion_strength: 1.0,
-            emissive: Vec3::ZERO,
-            emissive_texture: None,
-            alpha: Alpha::Opaque,
-            double_sided: false,
-            unlit: false,
-        }
+        Material { metallic: 0.0, ..Material::default() }
     }
 
     /// The square −1…1 in two triangles, which the camera sees from edge to edge of its frame.
