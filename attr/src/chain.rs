@@ -31,8 +31,9 @@ pub struct Level {
 /// Simplifies `mesh` to each of `targets`, in one descent.
 ///
 /// `targets` are triangle counts, the largest first. Each level has at most its target of
-/// triangles and at least two fewer than that per collapse, unless `stopped` says why not. The
-/// result is the same at any number of threads. `removed` counts triangles as they go, for a
+/// triangles, and fewer only by what the last step took beyond it: one triangle of a collapse, or
+/// up to fifteen of a small shell that vanished; unless `stopped` says why the target was missed.
+/// The result is the same at any number of threads. `removed` counts triangles as they go, for a
 /// progress bar.
 ///
 /// # Errors
