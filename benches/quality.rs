@@ -1,0 +1,307 @@
+//! How near to the source do levels stay, beside the rival's at equal triangle counts?
+//!
+//! ```text
+//! cargo bench --bench quality                          # all assets, all levels, as the README's table
+//! cargo bench --bench quality -- --only popcorn --alone --uv 0.5 --normal 0.01
+//! ```
+//!
+//! Textures stay as they are in both. Counts are equal in each mesh: where the rival stops above its
+//! target, ours is held to the same count for the comparison, and the target that ours reaches is
+//! told beside it. The last row is the geometric mean of the ratios.
+
+#[path = "common/rival.rs"]
+mod rival;
+#[path = "common/sphere.rs"]
+mod sphere;
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicUsize;
+
+use clap::Parser;
+use rayon::prelude::*;
+use seamwise::asset::Asset;
+use seamwise::evaluate::load::{TextureCache, load};
+use seamwise::evaluate::scene::{Material, Scene};
+use seamwise::evaluate::{self, Metrics, Reference};
+use seamwise::geometry::Geometry;
+use seamwise::levels::{LevelMesh, level_asset};
+use seamwise::parts::level_parts;
+use seamwise::read::read;
+use seamwise_attr::{Level, Mesh, Options, Weights, simplify_chain, weld};
+
+const ASSETS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/assets");
+const MODELS: [(&str, &str); 7] = [
+    ("popcorn", "scan/popcorn.glb"),
+    ("frypan", "scan/frypan.glb"),
+    ("gelatin_box", "scan/gelatin_box.glb"),
+    ("FlightHelmet", "pbr/FlightHelmet/FlightHelmet.gltf"),
+    ("TennisRacquet", "pbr/TennisRacquet/TennisRacquet.gltf"),
+    ("dutch_ship", "pbr/dutch_ship/dutch_ship_medium_1k.gltf"),
+    ("mars_tiles", "scan/mars_tiles.glb"),
+];
+
+#[derive(Parser)]
+struct Arguments {
+    /// Assets whose name contains this; all if not given.
+    #[arg(long, value_delimiter = ',')]
+    only: Vec<String>,
+    /// A further file to measure.
+    #[arg(long)]
+    file: Vec<PathBuf>,
+    /// Without the rival: levels at the nominal counts.
+    #[arg(long)]
+    alone: bool,
+    /// Shares of the triangles.
+    #[arg(long, value_delimiter = ',', default_value = "0.5,0.25,0.125,0.0625")]
+    ratios: Vec<f64>,
+    #[arg(long, default_value_t = 24)]
+    views: usize,
+    #[arg(long, default_value_t = 512)]
+    resolution: usize,
+    #[arg(long, default_value_t = 200_000)]
+    samples: usize,
+    #[arg(long, default_value_t = Weights::default().uv)]
+    uv: f64,
+    #[arg(long, default_value_t = Weights::default().normal)]
+    normal: f64,
+    #[arg(long, default_value_t = Weights::default().color)]
+    color: f64,
+    #[arg(long, default_value_t = Weights::default().border)]
+    border: f64,
+    #[arg(long, default_value_t = Weights::default().seam)]
+    seam: f64,
+    /// Cargo says this.
+    #[arg(long, hide = true)]
+    bench: bool,
+}
+
+impl Arguments {
+    fn options(&self) -> Options {
+        let weights = Weights {
+            uv: self.uv,
+            normal: self.normal,
+            color: self.color,
+            border: self.border,
+            seam: self.seam,
+        };
+        Options { weights, ..Options::default() }
+    }
+
+    fn is_wanted(&self, name: &str) -> bool {
+        self.only.is_empty() && self.file.is_empty()
+            || self.only.iter().any(|o| name.contains(o.as_str()))
+    }
+}
+
+/// What is measured: its surfaces, and how levels of them become a scene.
+enum Subject {
+    Asset { asset: Asset, geometries: Vec<Geometry>, textures: TextureCache },
+    Bare(Box<Mesh>),
+}
+
+impl Subject {
+    fn read(path: &Path) -> Self {
+        let asset = read(path).expect("a readable model");
+        let geometries = (0..asset.count("meshes"))
+            .filter_map(|mesh| Geometry::read(&asset, mesh).expect("a sound mesh"))
+            .collect();
+        Self::Asset { asset, geometries, textures: TextureCache::default() }
+    }
+
+    fn meshes(&self) -> Vec<&Mesh> {
+        match self {
+            Self::Asset { geometries, .. } => geometries.iter().map(|g| &g.welded.mesh).collect(),
+            Self::Bare(mesh) => vec![&**mesh],
+        }
+    }
+
+    fn source(&mut self) -> Scene {
+        match self {
+            Self::Asset { asset, textures, .. } => load(asset, textures).expect("a sound model"),
+            Self::Bare(mesh) => bare_scene(mesh),
+        }
+    }
+
+    fn scene(&mut self, levels: &[&Level]) -> Scene {
+        match self {
+            Self::Bare(_) => bare_scene(&levels[0].mesh),
+            Self::Asset { asset, geometries, textures } => {
+                let meshes: Vec<LevelMesh<'_>> = geometries
+                    .iter()
+                    .zip(levels)
+                    .map(|(geometry, level)| LevelMesh {
+                        geometry,
+                        parts: level_parts(geometry, level).expect("parts"),
+                    })
+                    .collect();
+                let level = level_asset(asset, &meshes, &asset.images).expect("a document");
+                load(&level, textures).expect("a sound level")
+            }
+        }
+    }
+}
+
+/// A mesh without an asset, in white.
+fn bare_scene(mesh: &Mesh) -> Scene {
+    let row = |w: usize| mesh.row(seamwise_attr::WedgeId::new(w));
+    let wedges = 0..mesh.wedge_points.len();
+    let white = Material { metallic: 0.0, ..Material::default() };
+    Scene {
+        positions: mesh.wedge_points.iter().map(|p| mesh.positions[p.index()]).collect(),
+        normals: wedges
+            .clone()
+            .map(|w| glam::Vec3::from_slice(&row(w)[mesh.layout.normal()..]))
+            .collect(),
+        uvs: [wedges.map(|w| glam::Vec2::from_slice(row(w))).collect(), Vec::new()],
+        colors: vec![glam::Vec4::ONE; mesh.wedge_points.len()],
+        triangles: mesh.triangles.iter().map(|t| t.map(|w| w.0)).collect(),
+        tangents: vec![[glam::Vec4::ZERO; 3]; mesh.triangles.len()],
+        triangle_materials: vec![0; mesh.triangles.len()],
+        materials: vec![white],
+    }
+}
+
+/// Per mesh a level per target.
+fn ours(subject: &Subject, targets: &[Vec<usize>], options: &Options) -> Vec<Vec<Level>> {
+    let removed = AtomicUsize::new(0);
+    subject
+        .meshes()
+        .par_iter()
+        .zip(targets)
+        .map(|(mesh, targets)| simplify_chain(mesh, targets, options, &removed).expect("a chain"))
+        .collect()
+}
+
+fn nominal(mesh: &Mesh, ratios: &[f64]) -> Vec<usize> {
+    let count = mesh.triangles.len() as f64;
+    ratios.iter().map(|ratio| ((count * ratio).round() as usize).max(1)).collect()
+}
+
+/// Levels of all meshes, and the triangles of each.
+fn measure(
+    subject: &mut Subject,
+    reference: &Reference<'_>,
+    chains: &[Vec<Level>],
+) -> Vec<(usize, Metrics)> {
+    (0..chains[0].len())
+        .map(|index| {
+            let levels: Vec<&Level> = chains.iter().map(|chain| &chain[index]).collect();
+            let triangles = levels.iter().map(|level| level.mesh.triangles.len()).sum();
+            (triangles, reference.compare(&subject.scene(&levels)).expect("a comparison"))
+        })
+        .collect()
+}
+
+/// Logarithms of the ratios to the rival, of luminance and of distance.
+#[derive(Default)]
+struct Means {
+    luminance: Vec<f64>,
+    distance: Vec<f64>,
+}
+
+fn run(name: &str, mut subject: Subject, arguments: &Arguments, means: &mut Means) {
+    let source = subject.source();
+    let evaluation = evaluate::Options {
+        views: arguments.views,
+        resolution: arguments.resolution,
+        samples: arguments.samples,
+    };
+    let reference = Reference::new(&source, evaluation).expect("a surface");
+    let targets: Vec<Vec<usize>> =
+        subject.meshes().iter().map(|mesh| nominal(mesh, &arguments.ratios)).collect();
+    let options = arguments.options();
+    let alone = ours(&subject, &targets, &options);
+    let reached: Vec<usize> = (0..arguments.ratios.len())
+        .map(|level| alone.iter().map(|chain| chain[level].mesh.triangles.len()).sum())
+        .collect();
+    if arguments.alone {
+        for (triangles, m) in measure(&mut subject, &reference, &alone) {
+            println!(
+                "| {name} | {triangles} | {:.5} | {:.3e} | {:.3e} | {:.4} | {:.2} | {} | {} {} {} |",
+                m.rms_luminance_srgb,
+                m.distance_rms,
+                m.distance_max,
+                m.color_rms,
+                m.normal_degrees_rms,
+                m.uv_foldovers,
+                m.degenerate_triangles,
+                m.border_edges_gained,
+                m.non_manifold_edges_gained,
+            );
+        }
+        return;
+    }
+    let rivals: Vec<Vec<Level>> =
+        subject.meshes().par_iter().map(|mesh| rival::chain(mesh, &arguments.ratios)).collect();
+    let counts: Vec<Vec<usize>> = rivals
+        .iter()
+        .map(|chain| chain.iter().map(|level| level.mesh.triangles.len().max(1)).collect())
+        .collect();
+    let equal = ours(&subject, &counts, &options);
+    let theirs = measure(&mut subject, &reference, &rivals);
+    let own = measure(&mut subject, &reference, &equal);
+    for (level, ((n, rival), (m, own))) in theirs.iter().zip(&own).enumerate() {
+        let (luminance, distance) = (
+            own.rms_luminance_srgb / rival.rms_luminance_srgb,
+            own.distance_rms / rival.distance_rms,
+        );
+        means.luminance.push(luminance.ln());
+        means.distance.push(distance.ln());
+        println!(
+            "| {name} | {} | {m} | {n} | {:.5} / {:.5} | **{luminance:.3}** | {:.3e} / {:.3e} | **{distance:.3}** | {:.4} / {:.4} | {} / {} | {} {} {} |",
+            reached[level],
+            own.rms_luminance_srgb,
+            rival.rms_luminance_srgb,
+            own.distance_rms,
+            rival.distance_rms,
+            own.color_rms,
+            rival.color_rms,
+            own.uv_foldovers,
+            rival.uv_foldovers,
+            own.degenerate_triangles,
+            own.border_edges_gained,
+            own.non_manifold_edges_gained,
+        );
+    }
+}
+
+fn main() {
+    let arguments = Arguments::parse();
+    if !Path::new(ASSETS).exists() {
+        eprintln!("skipped: {ASSETS} is absent");
+        return;
+    }
+    if arguments.alone {
+        println!(
+            "| asset | triangles | luminance | distance | max | color | normal ° | foldovers | degenerate, borders, non-manifold |"
+        );
+        println!("|---|---|---|---|---|---|---|---|---|");
+    } else {
+        println!(
+            "| asset | reached | ours | rival's | luminance | ratio | distance | ratio | color | foldovers | degenerate, borders, non-manifold |"
+        );
+        println!("|---|---|---|---|---|---|---|---|---|---|---|");
+    }
+    let mut means = Means::default();
+    for (name, path) in MODELS {
+        if arguments.is_wanted(name) {
+            run(name, Subject::read(&Path::new(ASSETS).join(path)), &arguments, &mut means);
+        }
+    }
+    for path in &arguments.file {
+        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        run(&name, Subject::read(path), &arguments, &mut means);
+    }
+    if arguments.is_wanted("sphere") {
+        let mesh = weld(&sphere::displaced_sphere(500)).expect("a sound sphere").mesh;
+        run("sphere", Subject::Bare(Box::new(mesh)), &arguments, &mut means);
+    }
+    let mean = |logs: &[f64]| (logs.iter().sum::<f64>() / logs.len() as f64).exp();
+    if !arguments.alone {
+        println!(
+            "| geometric mean | | | | | **{:.3}** | | **{:.3}** | | | |",
+            mean(&means.luminance),
+            mean(&means.distance)
+        );
+    }
+}
