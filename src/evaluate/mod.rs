@@ -86,11 +86,20 @@ impl<'a> Reference<'a> {
     /// # Errors
     /// [`Error::Invalid`] if it has no surface to compare with.
     pub fn with_mode(scene: &'a Scene, options: Options, mode: Mode) -> Result<Self> {
+        let rig = Rig::around(scene, options.views, options.resolution);
+        Self::with_rig(scene, options, mode, rig)
+    }
+
+    /// Renders a reference by cameras of the caller's, and samples it. They replace the views and
+    /// the resolution of the options.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] if it has no surface to compare with.
+    pub fn with_rig(scene: &'a Scene, options: Options, mode: Mode, rig: Rig) -> Result<Self> {
         let measures = measure(&scene.positions, &scene.triangles);
         if measures.area.is_nan() || measures.area <= 0.0 {
             return Err(Error::invalid("the reference", "it has no surface"));
         }
-        let rig = Rig::around(scene, options.views, options.resolution);
         Ok(Self {
             options,
             mode,
