@@ -55,7 +55,7 @@ fn a_thing_is_nothing_away_from_itself() {
             m.normal_degrees_rms,
         ];
         assert_eq!(differences, [0.0; 13], "{name}");
-        assert_eq!((m.silhouette_iou, m.area_ratio), (1.0, 1.0), "{name}");
+        assert_eq!((m.silhouette_iou, m.ssim, m.area_ratio), (1.0, 1.0, 1.0), "{name}");
         assert!(m.volume_ratio.is_none_or(|ratio| ratio == 1.0), "{name}");
         assert_eq!((m.border_edges_gained, m.non_manifold_edges_gained), (0, 0), "{name}");
     }
@@ -135,7 +135,7 @@ fn turn(scene: &mut Scene, rotation: Quat) {
 
 /// The figures that must not change when all turns; distances in world units, since they are over
 /// the bounding box, which is another when turned.
-fn turned_figures([reference, candidate]: &[Scene; 2], rig: Rig) -> [f64; 12] {
+fn turned_figures([reference, candidate]: &[Scene; 2], rig: Rig) -> [f64; 13] {
     let reference = Reference::with_rig(reference, OPTIONS, Mode::Lit, rig).expect("a surface");
     let (m, diagonal) = (reference.compare(candidate).expect("figures"), reference.diagonal());
     [
@@ -145,6 +145,7 @@ fn turned_figures([reference, candidate]: &[Scene; 2], rig: Rig) -> [f64; 12] {
         m.rms_luminance_srgb_covered,
         m.rms_luminance_seams,
         m.silhouette_iou,
+        m.ssim,
         m.distance_rms * diagonal,
         m.distance_mean * diagonal,
         m.area_ratio,
@@ -159,7 +160,7 @@ fn turning_model_and_rig_together_changes_nothing() {
     // Where the nearest point lies on a seam, it has the colors and normals of both sides, and
     // rounding decides: only of the sheet, which has no seam, are they compared.
     for (shape, count) in
-        [(shapes::torus as fn(u32, u32) -> Shape, 10), (|n, _| shapes::patch(n), 12)]
+        [(shapes::torus as fn(u32, u32) -> Shape, 11), (|n, _| shapes::patch(n), 13)]
     {
         let mut scenes = [32, 20].map(|n| {
             let mut build = textured(&shape(n, n / 2), &picture(64));
@@ -168,7 +169,7 @@ fn turning_model_and_rig_together_changes_nothing() {
         });
         let rig = Rig::around(&scenes[0], 8, 128);
         let before = turned_figures(&scenes, rig.clone());
-        assert!(before[0] > 5e-4 && before[11] > 0.1, "{before:?}");
+        assert!(before[0] > 5e-4 && before[12] > 0.1, "{before:?}");
         let rotation = Quat::from_euler(EulerRot::XYZ, 0.7, -1.1, 0.4);
         scenes.iter_mut().for_each(|scene| turn(scene, rotation));
         let mut turned = rig.turned(rotation.as_dquat());
@@ -239,6 +240,7 @@ fn figures_grow_along_the_levels() {
             ("distance_max", |m| m.distance_max),
             ("rms_luminance", |m| m.rms_luminance),
             ("1 − silhouette_iou", |m| 1.0 - m.silhouette_iou),
+            ("1 − ssim", |m| 1.0 - m.ssim),
         ] {
             let values: Vec<f64> = metrics.iter().map(of).collect();
             assert!(values[0] > 0.0, "{name}: {figure} {values:?}");

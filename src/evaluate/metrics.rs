@@ -24,6 +24,9 @@ pub struct Metrics {
     /// Peak signal-to-noise ratio of [`Metrics::rms_luminance_srgb`] in decibels; `None` where there
     /// is no difference.
     pub psnr_srgb: Option<f64>,
+    /// Structural similarity of sRGB-encoded luminance, up to 1: the mean over the windows of all
+    /// views that hold a pixel of either; see [`super::similarity`].
+    pub ssim: f64,
     /// Silhouettes: what both cover over what either covers.
     pub silhouette_iou: f64,
     /// The larger of the two RMS distances.

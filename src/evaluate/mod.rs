@@ -21,6 +21,8 @@ pub mod scene;
 mod seams;
 mod shade;
 pub mod sheet;
+pub mod similarity;
+mod views;
 pub mod volume;
 pub mod wireframe;
 
@@ -29,10 +31,9 @@ use appearance::compare_appearance;
 use camera::Rig;
 use distance::{SampledSurface, correspond};
 use looks::count_foldovers;
-use luminance::Difference;
-use render::{Image, render_views};
 use scene::{Mode, Scene};
 use seams::seam_bands;
+use views::Views;
 use volume::{Measures, Soundness, check_soundness, measure};
 
 pub use metrics::{Metrics, Way};
@@ -60,7 +61,7 @@ pub struct Reference<'a> {
     options: Options,
     mode: Mode,
     rig: Rig,
-    images: Vec<Image>,
+    views: Views,
     /// One per view: the pixels in the band around the reference's seams.
     seams: Vec<Vec<bool>>,
     surface: SampledSurface<'a>,
@@ -103,7 +104,7 @@ impl<'a> Reference<'a> {
         Ok(Self {
             options,
             mode,
-            images: render_views(scene, &rig, mode),
+            views: Views::new(scene, &rig, mode),
             seams: seam_bands(scene, &rig),
             rig,
             surface: SampledSurface::new(&scene.positions, &scene.triangles, options.samples, SEED),
@@ -138,17 +139,20 @@ impl<'a> Reference<'a> {
         let looks = compare_appearance(self.scene, candidate, &forward, &backward).pooled;
         let (measures, soundness) =
             (measure(positions, triangles), check_soundness(positions, triangles));
-        let seen = self.difference(candidate);
+        let views = Views::new(candidate, &self.rig, self.mode);
+        let seen = self.views.compare(&views, &self.seams)?;
+        let difference = seen.difference;
         let gained = |now: usize, before: usize| now as i64 - before as i64;
         Ok(Metrics {
-            rms_luminance: seen.rms(),
-            rms_luminance_srgb: seen.rms_srgb(),
-            rms_luminance_covered: seen.rms_covered(),
-            rms_luminance_srgb_covered: seen.rms_covered_srgb(),
-            rms_luminance_seams: seen.rms_seams(),
-            rms_luminance_srgb_seams: seen.rms_seams_srgb(),
-            psnr_srgb: peak_ratio(seen.rms_srgb()),
-            silhouette_iou: seen.overlap(),
+            rms_luminance: difference.rms(),
+            rms_luminance_srgb: difference.rms_srgb(),
+            rms_luminance_covered: difference.rms_covered(),
+            rms_luminance_srgb_covered: difference.rms_covered_srgb(),
+            rms_luminance_seams: difference.rms_seams(),
+            rms_luminance_srgb_seams: difference.rms_seams_srgb(),
+            psnr_srgb: peak_ratio(difference.rms_srgb()),
+            ssim: seen.similarity.mean(),
+            silhouette_iou: difference.overlap(),
             distance_rms: both.distance_rms,
             distance_mean: both.distance_mean,
             distance_max: both.distance_max,
@@ -166,16 +170,6 @@ impl<'a> Reference<'a> {
                 self.soundness.non_manifold_edges,
             ),
         })
-    }
-
-    /// Renders a candidate view by view and sums up the differences.
-    fn difference(&self, candidate: &Scene) -> Difference {
-        let views = render_views(candidate, &self.rig, self.mode);
-        let mut pooled = Difference::default();
-        for ((own, view), seams) in self.images.iter().zip(&views).zip(&self.seams) {
-            pooled += Difference::between(own, view, seams);
-        }
-        pooled
     }
 
     /// A sheet or a flat thing has no volume of its own: what rounding leaves says nothing.

@@ -303,7 +303,7 @@ fn to_json(report: &impl Serialize) -> Result<String> {
     Ok(text.map_err(|error| Error::Internal { what: error.to_string() })? + "\n")
 }
 
-const COLUMNS: usize = 10;
+const COLUMNS: usize = 11;
 
 fn header(first: &str) -> [String; COLUMNS] {
     [
@@ -311,6 +311,7 @@ fn header(first: &str) -> [String; COLUMNS] {
         "triangles",
         "RMS Y",
         "RMS Y sRGB",
+        "SSIM",
         "distance RMS",
         "max",
         "color",
@@ -328,6 +329,7 @@ fn row(name: &str, triangles: usize, metrics: Option<&Metrics>) -> [String; COLU
         triangles.to_string(),
         figure(|m| format!("{:.5}", m.rms_luminance)),
         figure(|m| format!("{:.5}", m.rms_luminance_srgb)),
+        figure(|m| format!("{:.4}", m.ssim)),
         figure(|m| format!("{:.2e}", m.distance_rms)),
         figure(|m| format!("{:.2e}", m.distance_max)),
         figure(|m| format!("{:.4}", m.color_rms)),
