@@ -157,6 +157,7 @@ fn assert_metrics(metrics: &Value) {
     let keys = [
         "rms_luminance",
         "rms_luminance_srgb",
+        "ssim",
         "distance_rms",
         "distance_max",
         "color_rms",
@@ -169,6 +170,9 @@ fn assert_metrics(metrics: &Value) {
     for way in ["forward", "backward"] {
         assert!(metrics[way]["distance_rms"].is_number(), "{way}: {metrics}");
         assert!(metrics[way]["distance_max"].is_number(), "{way}: {metrics}");
+    }
+    for key in ["pixels", "resolution", "rms_luminance", "rms_luminance_srgb", "ssim"] {
+        assert!(metrics["at_switch"][key].is_number(), "{key}: {metrics}");
     }
 }
 
@@ -262,6 +266,8 @@ fn a_command_that_makes_no_sense_exits_with_2() {
         "bake a.glb",
         "evaluate a.glb",
         "evaluate a.glb a.glb --views 0",
+        "evaluate a.glb a.glb --pixel-tolerance 0",
+        "evaluate a.glb a.glb --pixel-tolerance nan",
         "evaluate missing.glb a.glb",
         "bake a.glb -o out --ratios 0.1,0.5",
         "bake a.glb -o out --ratios 0",

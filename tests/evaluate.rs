@@ -16,7 +16,8 @@ use seamwise::evaluate::scene::{Mode, Scene};
 use seamwise::evaluate::{Metrics, Options, Reference};
 use serde_json::json;
 
-const OPTIONS: Options = Options { views: 3, resolution: 96, samples: 20_000 };
+const OPTIONS: Options =
+    Options { views: 3, resolution: 96, samples: 20_000, pixel_tolerance: 1.0 };
 
 fn scene(build: &Build) -> Scene {
     let asset = seamwise::read::read_bytes(&build.glb(), Path::new("")).expect("an asset");
@@ -57,6 +58,13 @@ fn a_thing_is_nothing_away_from_itself() {
         assert_eq!(differences, [0.0; 13], "{name}");
         assert_eq!((m.silhouette_iou, m.ssim, m.area_ratio), (1.0, 1.0, 1.0), "{name}");
         assert!(m.volume_ratio.is_none_or(|ratio| ratio == 1.0), "{name}");
+        let seen = m.at_switch;
+        assert_eq!(
+            (seen.rms_luminance, seen.rms_luminance_srgb, seen.ssim),
+            (0.0, 0.0, 1.0),
+            "{name}"
+        );
+        assert_eq!(seen.resolution, OPTIONS.resolution, "{name}: no error, no limit to its size");
         assert_eq!((m.border_edges_gained, m.non_manifold_edges_gained), (0, 0), "{name}");
     }
 }

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::distance::Distances;
+use super::switch::AtSwitch;
 
 /// How far a candidate is from its reference. Distances are over the diagonal of the reference's
 /// bounding box.
@@ -29,6 +30,8 @@ pub struct Metrics {
     pub ssim: f64,
     /// Silhouettes: what both cover over what either covers.
     pub silhouette_iou: f64,
+    /// How it looks at the largest size at which it may be shown, at most that of the rig.
+    pub at_switch: AtSwitch,
     /// The larger of the two RMS distances.
     pub distance_rms: f64,
     /// The larger of the two mean distances.

@@ -22,6 +22,7 @@ mod seams;
 mod shade;
 pub mod sheet;
 pub mod similarity;
+pub mod switch;
 mod views;
 pub mod volume;
 pub mod wireframe;
@@ -33,13 +34,14 @@ use distance::{SampledSurface, correspond};
 use looks::count_foldovers;
 use scene::{Mode, Scene};
 use seams::seam_bands;
-use views::Views;
+use switch::{AtSwitch, largest_size};
+use views::{Seen, Views};
 use volume::{Measures, Soundness, check_soundness, measure};
 
 pub use metrics::{Metrics, Way};
 
 /// How thoroughly to look.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
     /// Cameras, 1 to 24.
     pub views: usize,
@@ -47,11 +49,13 @@ pub struct Options {
     pub resolution: usize,
     /// Samples on each surface.
     pub samples: usize,
+    /// How many pixels a surface may be off where a candidate takes over; see [`switch`].
+    pub pixel_tolerance: f64,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { views: 24, resolution: 512, samples: 200_000 }
+        Self { views: 24, resolution: 512, samples: 200_000, pixel_tolerance: 1.0 }
     }
 }
 
@@ -142,6 +146,7 @@ impl<'a> Reference<'a> {
         let views = Views::new(candidate, &self.rig, self.mode);
         let seen = self.views.compare(&views, &self.seams)?;
         let difference = seen.difference;
+        let at_switch = self.at_switch(candidate, both.distance_rms, &seen)?;
         let gained = |now: usize, before: usize| now as i64 - before as i64;
         Ok(Metrics {
             rms_luminance: difference.rms(),
@@ -153,6 +158,7 @@ impl<'a> Reference<'a> {
             psnr_srgb: peak_ratio(difference.rms_srgb()),
             ssim: seen.similarity.mean(),
             silhouette_iou: difference.overlap(),
+            at_switch,
             distance_rms: both.distance_rms,
             distance_mean: both.distance_mean,
             distance_max: both.distance_max,
@@ -170,6 +176,19 @@ impl<'a> Reference<'a> {
                 self.soundness.non_manifold_edges,
             ),
         })
+    }
+
+    /// Looks again from so far away that a surface of this distance is off by the tolerance; `seen`
+    /// is what the rig saw.
+    fn at_switch(&self, candidate: &Scene, distance_rms: f64, seen: &Seen) -> Result<AtSwitch> {
+        let size = largest_size(self.options.pixel_tolerance, distance_rms);
+        let rig = self.rig.sized(self.diagonal(), size);
+        let pixels = size.min(self.rig.pixels(self.diagonal()));
+        if rig.resolution == self.rig.resolution {
+            return Ok(AtSwitch::new(pixels, rig.resolution, seen));
+        }
+        let [own, other] = [self.scene, candidate].map(|scene| Views::new(scene, &rig, self.mode));
+        Ok(AtSwitch::new(pixels, rig.resolution, &own.compare(&other, &[])?))
     }
 
     /// A sheet or a flat thing has no volume of its own: what rounding leaves says nothing.
@@ -208,9 +227,30 @@ mod tests {
     }
 
     #[test]
+    fn a_candidate_is_seen_at_the_size_at_which_it_takes_over() {
+        // Lifted by an eighth of the diagonal √2.
+        let (reference, mut candidate) = (leaning(Vec3::Z), leaning(Vec3::X));
+        candidate.positions.iter_mut().for_each(|point| point.z += 0.125 * 2f32.sqrt());
+        let options = Options { views: 2, resolution: 64, samples: 100, pixel_tolerance: 4.0 };
+        let metrics = |options| Reference::new(&reference, options)?.compare(&candidate);
+        let seen = metrics(options).unwrap().at_switch;
+        assert!((seen.pixels - 32.0).abs() < 1e-4 && seen.resolution < 64, "{seen:?}");
+        // A rig of that size sees the same from the start.
+        let small = Options { resolution: seen.resolution, ..options };
+        let whole = metrics(small).unwrap();
+        assert_eq!(whole.rms_luminance, seen.rms_luminance);
+        assert_eq!((whole.rms_luminance_srgb, whole.ssim), (seen.rms_luminance_srgb, seen.ssim));
+        // One that may be shown larger than the rig shows it has the rig's figures.
+        let lax = metrics(Options { pixel_tolerance: 100.0, ..options }).unwrap();
+        assert_eq!((lax.at_switch.resolution, lax.at_switch.ssim), (64, lax.ssim));
+        assert!(lax.at_switch.pixels > 32.0 && lax.at_switch.pixels < 64.0);
+        assert_eq!(lax.at_switch.rms_luminance, lax.rms_luminance);
+    }
+
+    #[test]
     fn without_light_normals_do_not_show() {
         let (reference, candidate) = (leaning(Vec3::Z), leaning(Vec3::X));
-        let options = Options { views: 2, resolution: 32, samples: 100 };
+        let options = Options { views: 2, resolution: 32, samples: 100, ..Options::default() };
         let luminance = |mode| {
             let metrics = Reference::with_mode(&reference, options, mode)?.compare(&candidate)?;
             Ok::<_, Error>(metrics.rms_luminance)

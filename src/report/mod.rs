@@ -303,7 +303,7 @@ fn to_json(report: &impl Serialize) -> Result<String> {
     Ok(text.map_err(|error| Error::Internal { what: error.to_string() })? + "\n")
 }
 
-const COLUMNS: usize = 11;
+const COLUMNS: usize = 12;
 
 fn header(first: &str) -> [String; COLUMNS] {
     [
@@ -318,6 +318,7 @@ fn header(first: &str) -> [String; COLUMNS] {
         "normal °",
         "volume",
         "silhouette",
+        "sRGB at switch",
     ]
     .map(str::to_owned)
 }
@@ -336,6 +337,7 @@ fn row(name: &str, triangles: usize, metrics: Option<&Metrics>) -> [String; COLU
         figure(|m| format!("{:.2}", m.normal_degrees_rms)),
         figure(|m| m.volume_ratio.map_or("–".to_owned(), |ratio| format!("{ratio:.4}"))),
         figure(|m| format!("{:.4}", m.silhouette_iou)),
+        figure(|m| format!("{:.5} @ {:.0}", m.at_switch.rms_luminance_srgb, m.at_switch.pixels)),
     ]
 }
 
