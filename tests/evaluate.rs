@@ -131,6 +131,25 @@ fn a_shifted_texture_gives_the_color_error_of_its_shift() {
     }
 }
 
+#[test]
+fn half_a_texel_off_gives_the_luminance_error_of_the_ramp() {
+    // Two levels a texel: half a texel is one level, wherever it is looked at from.
+    let ramp = RgbaImage::from_fn(128, 4, |x, _| {
+        let level = (2 * x).min(255) as u8;
+        Rgba([level, level, level, 255])
+    });
+    let mut quad = shapes::patch(1);
+    quad.positions.iter_mut().for_each(|p| p[1] = 0.0);
+    quad.uvs.iter_mut().for_each(|uv| uv[0] = 0.3 + 0.4 * uv[0]);
+    let moved = quad.clone().uv_moved([0.5 / 128.0, 0.0]);
+    let [quad, moved] = [quad, moved].map(|shape| scene(&textured(&shape, &ramp)));
+    let options = Options { views: 3, resolution: 512, ..OPTIONS };
+    let reference = Reference::with_mode(&quad, options, Mode::Unlit).expect("a surface");
+    let m = reference.compare(&moved).expect("figures");
+    assert_near("sRGB luminance", m.rms_luminance_srgb_covered, 1.0 / 255.0, 0.02);
+    assert_eq!((m.distance_max, m.silhouette_iou), (0.0, 1.0));
+}
+
 /// Turns a scene about the origin: what a node above it would do.
 fn turn(scene: &mut Scene, rotation: Quat) {
     for vector in scene.positions.iter_mut().chain(&mut scene.normals) {
