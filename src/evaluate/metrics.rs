@@ -50,6 +50,8 @@ pub struct Metrics {
     pub volume_ratio: Option<f64>,
     /// Area over that of the reference.
     pub area_ratio: f64,
+    /// Diagonal of the bounding box over that of the reference.
+    pub diagonal_ratio: f64,
     /// Triangles whose UVs are turned over where the nearest of the reference's are not, or the other
     /// way round; of those that hold a sample.
     pub uv_foldovers: usize,

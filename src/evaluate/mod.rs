@@ -168,6 +168,7 @@ impl<'a> Reference<'a> {
             normal_degrees_rms: looks.normal_degrees_rms,
             volume_ratio: self.volume_ratio(&measures),
             area_ratio: measures.area / self.measures.area,
+            diagonal_ratio: measures.diagonal / self.measures.diagonal,
             uv_foldovers: count_foldovers(self.scene, candidate, &backward),
             degenerate_triangles: soundness.degenerate_triangles,
             border_edges_gained: gained(soundness.border_edges, self.soundness.border_edges),
