@@ -133,7 +133,7 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
     let mut levels = clock.time(|s| &mut s.write, || level_assets(&asset, &parts, &images))?;
     let mut textures = TextureCache::default();
     let mut measured = None;
-    if let Some(evaluation) = options.evaluate {
+    if let Some(evaluation) = options.evaluation() {
         let measure = || evaluate_all(&asset, &levels, evaluation, &mut textures, progress);
         measured = Some(clock.time(|s| &mut s.evaluate, measure)?);
     }

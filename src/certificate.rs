@@ -5,6 +5,9 @@
 //! tolerance: up to S = tolerance / e. The same size as a distance, for a field of view φ over H
 //! pixels of height and a diagonal D in world units: d = D · H / (2 tan(φ/2) · S).
 //!
+//! The certificate also tells what is seen there: RMS luminance and SSIM by the rig of the evaluation,
+//! with frames in which the diagonal spans S pixels.
+//!
 //! Guaranteed: levels are shown in their order, each below its own size. Not guaranteed: that no
 //! single point is off by more than the tolerance, since e is a mean of squares; and texture and
 //! shading are judged by the other figures.
@@ -14,7 +17,7 @@ use serde_json::{Value, json};
 
 use crate::asset::Asset;
 use crate::error::{Error, Result};
-use crate::evaluate::Metrics;
+use crate::evaluate::{Metrics, switch};
 
 /// The screen that sizes are reckoned for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -58,7 +61,7 @@ impl Screen {
     /// The largest size at which a level of this RMS distance (over the diagonal) may be shown: the
     /// pixels that the diagonal of its bounding box spans. Infinite for a level without error.
     pub fn largest_size(&self, distance_rms: f64) -> f64 {
-        self.pixel_tolerance / distance_rms
+        switch::largest_size(self.pixel_tolerance, distance_rms)
     }
 
     /// How far away a diagonal of length `diagonal` spans `pixels`, in its unit.
@@ -130,6 +133,8 @@ pub fn certificate(level: usize, metrics: &Metrics, triangles: usize, screen: &S
         "distance_max": metrics.distance_max,
         "rms_luminance": metrics.rms_luminance,
         "rms_luminance_srgb": metrics.rms_luminance_srgb,
+        "ssim": metrics.ssim,
+        "at_switch": metrics.at_switch,
         "color_rms": metrics.color_rms,
         "normal_degrees_rms": metrics.normal_degrees_rms,
         "largest_size_pixels": screen.largest_size(metrics.distance_rms),
@@ -209,5 +214,6 @@ mod tests {
         assert_eq!(extras["author"], "somebody");
         assert_eq!(extras["seamwise"]["level"], 2);
         assert_eq!(extras["seamwise"]["largest_size_pixels"], 1000.0);
+        assert_eq!(extras["seamwise"]["at_switch"]["rms_luminance_srgb"], 0.0);
     }
 }

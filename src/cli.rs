@@ -96,6 +96,12 @@ fn parse_size(text: &str) -> std::result::Result<(u32, u32), String> {
     size.ok_or_else(|| format!("{text} is no size like 1920x1080"))
 }
 
+/// Reads a number of pixels above 0.
+fn parse_tolerance(text: &str) -> std::result::Result<f64, String> {
+    let tolerance = text.parse().ok().filter(|tolerance: &f64| *tolerance > 0.0);
+    tolerance.filter(|t| t.is_finite()).ok_or_else(|| format!("{text} is no number above 0"))
+}
+
 /// `--textures`.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub(crate) enum TextureMode {
@@ -224,6 +230,10 @@ pub(crate) struct EvaluateArgs {
     /// Samples on each surface.
     #[arg(long, default_value_t = 200_000, value_parser = clap::value_parser!(u32).range(1000..=100_000_000))]
     samples: u32,
+    /// How many pixels a surface may be off where a candidate takes over: there it is looked at once
+    /// more.
+    #[arg(long, default_value_t = Screen::default().pixel_tolerance, value_name = "PIXELS", value_parser = parse_tolerance)]
+    pixel_tolerance: f64,
     /// Compare and draw base color alone, without light: what the textures lost, apart from the
     /// shape.
     #[arg(long)]
@@ -256,6 +266,7 @@ impl EvaluateArgs {
             views: self.views.into(),
             resolution: self.resolution.into(),
             samples: self.samples as usize,
+            pixel_tolerance: self.pixel_tolerance,
         }
     }
 

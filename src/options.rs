@@ -13,7 +13,7 @@ pub struct BakeOptions {
     pub max_error: Option<f64>,
     /// What becomes of the textures.
     pub textures: Textures,
-    /// How the levels are evaluated, if they are.
+    /// How the levels are evaluated, if they are; for the pixel tolerance of `screen`.
     pub evaluate: Option<evaluate::Options>,
     /// The screen that the sizes of the levels are reckoned for.
     pub screen: Screen,
@@ -26,6 +26,14 @@ pub struct BakeOptions {
 pub struct ReportOptions {
     /// The time of the same bake on 1, 2, … threads up to all, which runs it as many times more.
     pub threads: bool,
+}
+
+impl BakeOptions {
+    /// How the levels are evaluated, with the tolerance that their sizes are reckoned for.
+    pub fn evaluation(&self) -> Option<evaluate::Options> {
+        let pixel_tolerance = self.screen.pixel_tolerance;
+        self.evaluate.map(|options| evaluate::Options { pixel_tolerance, ..options })
+    }
 }
 
 impl Default for BakeOptions {
@@ -123,6 +131,13 @@ pub enum Textures {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn levels_are_seen_at_the_sizes_of_the_screen() {
+        let screen = Screen { pixel_tolerance: 0.5, ..Screen::default() };
+        let options = BakeOptions { screen, ..BakeOptions::default() };
+        assert_eq!(options.evaluation().map(|options| options.pixel_tolerance), Some(0.5));
+    }
 
     #[test]
     fn four_halves_are_the_default() {

@@ -1,7 +1,7 @@
 //! The subcommands. Each returns how many of its inputs failed.
 
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Result, anyhow, bail};
 
@@ -9,11 +9,11 @@ use seamwise::asset::ImageFormat;
 use seamwise::atlas::{encode_repaired, repair_all};
 use seamwise::bake::{self, Input};
 use seamwise::certificate::{largest_sizes, select_level};
+use seamwise::evaluate::Reference;
 use seamwise::evaluate::camera::Rig;
 use seamwise::evaluate::load::{TextureCache, load};
 use seamwise::evaluate::scene::Scene;
 use seamwise::evaluate::sheet::contact_sheet;
-use seamwise::evaluate::{Metrics, Reference};
 use seamwise::images::encode;
 use seamwise::inspect;
 use seamwise::options::BakeOptions;
@@ -78,7 +78,7 @@ pub(crate) fn repair(args: &RepairArgs, quiet: bool) -> Result<usize> {
 }
 
 /// Compares each candidate with the reference; one that can't be compared does not stop the
-/// others.
+/// others. One that is compared but doubtful counts as failed.
 pub(crate) fn evaluate(args: &EvaluateArgs, quiet: bool) -> Result<usize> {
     let mut cache = TextureCache::default();
     let named = |error| anyhow!("{}: {error}", args.reference.display());
@@ -102,12 +102,12 @@ pub(crate) fn evaluate(args: &EvaluateArgs, quiet: bool) -> Result<usize> {
             }
             Ok((triangles, metrics))
         });
-        if let Err(error) = &compared {
-            eprintln!("seamwise: {}: {error}", path.display());
+        let candidate = CandidateReport::new(path.display().to_string(), compared);
+        if let Some(complaint) = candidate.complaint() {
+            eprintln!("seamwise: {}: {complaint}", path.display());
         }
-        candidates.push(candidate_report(path, compared));
+        candidates.push(candidate);
     }
-    let failed = candidates.iter().filter(|candidate| candidate.failure.is_some()).count();
     let report = EvaluateReport {
         schema: 1,
         reference: ReferenceReport {
@@ -120,6 +120,25 @@ pub(crate) fn evaluate(args: &EvaluateArgs, quiet: bool) -> Result<usize> {
         candidates,
     };
     say(quiet, &report.to_table())?;
+    let mut files = evaluation_files(args, &report, gallery.as_ref())?;
+    if let Some(path) = &args.sheet {
+        let rig = Rig::around(&reference, args.sheet_views.into(), options.resolution);
+        let sheet = contact_sheet(&reference, &scenes, &rig, args.mode()).into();
+        files.push((path.clone(), encode(&sheet, ImageFormat::Png)?.bytes.to_vec()));
+    }
+    write_files(&files)?;
+    if report.candidates.iter().all(|candidate| candidate.failure.is_some()) {
+        bail!("nothing was compared");
+    }
+    Ok(report.candidates.iter().filter_map(CandidateReport::complaint).count())
+}
+
+/// The report in each of the forms that are asked for.
+fn evaluation_files(
+    args: &EvaluateArgs,
+    report: &EvaluateReport,
+    gallery: Option<&Gallery>,
+) -> Result<Vec<(PathBuf, Vec<u8>)>> {
     let mut files = Vec::new();
     if let Some(path) = &args.json {
         files.push((path.clone(), report.to_json()?.into_bytes()));
@@ -127,19 +146,10 @@ pub(crate) fn evaluate(args: &EvaluateArgs, quiet: bool) -> Result<usize> {
     if let Some(path) = &args.csv {
         files.push((path.clone(), report.to_csv()?.into_bytes()));
     }
-    if let (Some(path), Some(gallery)) = (&args.report, &gallery) {
-        files.push((path.clone(), evaluate_page(&report, gallery)?.into_bytes()));
+    if let (Some(path), Some(gallery)) = (&args.report, gallery) {
+        files.push((path.clone(), evaluate_page(report, gallery)?.into_bytes()));
     }
-    if let Some(path) = &args.sheet {
-        let rig = Rig::around(&reference, args.sheet_views.into(), options.resolution);
-        let sheet = contact_sheet(&reference, &scenes, &rig, args.mode()).into();
-        files.push((path.clone(), encode(&sheet, ImageFormat::Png)?.bytes.to_vec()));
-    }
-    write_files(&files)?;
-    if failed == args.candidates.len() {
-        bail!("nothing was compared");
-    }
-    Ok(failed)
+    Ok(files)
 }
 
 fn load_reference(args: &EvaluateArgs, cache: &mut TextureCache) -> seamwise::error::Result<Scene> {
@@ -148,18 +158,6 @@ fn load_reference(args: &EvaluateArgs, cache: &mut TextureCache) -> seamwise::er
         asset.images = encode_repaired(&asset, &repair_all(&asset)?)?;
     }
     load(&asset, cache)
-}
-
-fn candidate_report(
-    path: &Path,
-    compared: seamwise::error::Result<(usize, Metrics)>,
-) -> CandidateReport {
-    CandidateReport {
-        file: path.display().to_string(),
-        failure: compared.as_ref().err().map(ToString::to_string),
-        triangles: compared.as_ref().map_or(0, |(triangles, _)| *triangles),
-        metrics: compared.ok().map(|(_, metrics)| metrics),
-    }
 }
 
 fn load_file(path: &Path, cache: &mut TextureCache) -> seamwise::error::Result<Scene> {

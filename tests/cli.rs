@@ -157,6 +157,7 @@ fn assert_metrics(metrics: &Value) {
     let keys = [
         "rms_luminance",
         "rms_luminance_srgb",
+        "ssim",
         "distance_rms",
         "distance_max",
         "color_rms",
@@ -169,6 +170,9 @@ fn assert_metrics(metrics: &Value) {
     for way in ["forward", "backward"] {
         assert!(metrics[way]["distance_rms"].is_number(), "{way}: {metrics}");
         assert!(metrics[way]["distance_max"].is_number(), "{way}: {metrics}");
+    }
+    for key in ["pixels", "resolution", "rms_luminance", "rms_luminance_srgb", "ssim"] {
+        assert!(metrics["at_switch"][key].is_number(), "{key}: {metrics}");
     }
 }
 
@@ -262,6 +266,8 @@ fn a_command_that_makes_no_sense_exits_with_2() {
         "bake a.glb",
         "evaluate a.glb",
         "evaluate a.glb a.glb --views 0",
+        "evaluate a.glb a.glb --pixel-tolerance 0",
+        "evaluate a.glb a.glb --pixel-tolerance nan",
         "evaluate missing.glb a.glb",
         "bake a.glb -o out --ratios 0.1,0.5",
         "bake a.glb -o out --ratios 0",
@@ -387,6 +393,44 @@ fn candidates_that_cannot_be_compared_are_named_and_the_others_are() {
     }
     assert_metrics(&candidates[3]["metrics"]);
     assert_eq!(candidates[3]["metrics"]["rms_luminance"], 0.0);
+}
+
+#[test]
+fn what_is_wrong_with_a_candidate_is_said_of_it_alone() {
+    let sized = |scale| textured(&shapes::sphere(24, 12).scaled(scale), &picture(32)).glb();
+    // Its image is a file that is not there.
+    let mut build = textured(&shapes::sphere(24, 12), &picture(32));
+    build.json["images"][0] = json!({"uri": "gone.png"});
+    // A material that names a texture that is not there.
+    let mut astray = textured(&shapes::sphere(24, 12), &picture(32));
+    astray.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["index"] = json!(7);
+    let stage = Stage::new();
+    stage.put("a.glb", &sphere()).put("mm.glb", &sized(1000.0)).put("km.glb", &sized(0.001));
+    stage.put("gone.glb", &build.glb()).put("astray.glb", &astray.glb());
+    let fast = ["--views", "2", "--resolution", "32", "--samples", "1000", "--json", "r.json"];
+    let files = ["evaluate", "a.glb", "mm.glb", "gone.glb", "km.glb", "astray.glb", "a.glb"];
+    let ran = stage.run(&[files.as_slice(), fast.as_slice()].concat());
+    assert_eq!(ran.code, 1, "{ran:?}");
+    let report = json_file(&stage.path("r.json"));
+    let candidates = report["candidates"].as_array().expect("candidates");
+    let text = |at: usize, key: &str| candidates[at][key].as_str().unwrap_or_default();
+    for (at, file, times) in
+        [(0, "mm.glb", "1000 times larger"), (2, "km.glb", "1000 times smaller")]
+    {
+        assert!(text(at, "warning").contains(times), "{}", candidates[at]);
+        assert!(ran.stderr.contains(file) && ran.stderr.contains(times), "{}", ran.stderr);
+        assert!(ran.stdout.contains(times), "{}", ran.stdout);
+        assert_metrics(&candidates[at]["metrics"]);
+    }
+    assert!(text(1, "failure").contains("gone.png"), "{}", candidates[1]);
+    assert!(text(3, "failure").contains("/materials/0"), "{}", candidates[3]);
+    assert_eq!(candidates[4]["metrics"]["ssim"], 1.0);
+    assert_eq!(
+        (&candidates[4]["failure"], &candidates[4]["warning"]),
+        (&Value::Null, &Value::Null)
+    );
+    // Alone it is compared all the same.
+    assert_eq!(stage.run(&[&["evaluate", "a.glb", "mm.glb"], &fast[..6]].concat()).code, 1);
 }
 
 #[test]

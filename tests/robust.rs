@@ -33,7 +33,8 @@ struct Victim {
 
 impl Victim {
     fn new() -> Self {
-        let evaluate = evaluate::Options { views: 1, resolution: 16, samples: 50 };
+        let evaluate =
+            evaluate::Options { views: 1, resolution: 16, samples: 50, pixel_tolerance: 1.0 };
         let options = BakeOptions {
             targets: Targets::halves(2),
             evaluate: Some(evaluate),

@@ -6,7 +6,7 @@
 //! axis. The bounding sphere fills the frame but for a margin of 2 %, so the rig depends on the
 //! reference only and every candidate is seen by the same cameras.
 
-use glam::{DVec3, Vec3};
+use glam::{DQuat, DVec3, Vec3};
 
 use super::scene::Scene;
 
@@ -31,6 +31,8 @@ pub struct Camera {
     pub up: DVec3,
     /// See `right`.
     pub forward: DVec3,
+    /// Unit vector in the world to the zenith of the surrounding that lights what it sees.
+    pub zenith: DVec3,
     /// Half the frame's width at distance 1.
     pub half_width: f64,
     /// What is nearer than this along `forward` is not seen; in metres, above 0.
@@ -39,13 +41,14 @@ pub struct Camera {
 
 impl Camera {
     /// A camera at `eye` that looks at `target`, which must be another point, with the world's +y
-    /// upward in the image; where it looks along y, +z is.
+    /// upward in the image and as the zenith of the light; where it looks along y, +z is upward.
     pub fn look_at(eye: DVec3, target: DVec3, field_of_view: f64, near: f64) -> Self {
         let forward = (target - eye).normalize_or(DVec3::NEG_Z);
         let vertical = if forward.y.abs() < 0.999 { DVec3::Y } else { DVec3::Z };
         let right = forward.cross(vertical).normalize();
         let up = right.cross(forward);
-        Self { eye, right, up, forward, half_width: (0.5 * field_of_view).tan(), near }
+        let half_width = (0.5 * field_of_view).tan();
+        Self { eye, right, up, forward, zenith: DVec3::Y, half_width, near }
     }
 
     /// A point of the world in the camera's frame: right, up and the depth along `forward`.
@@ -94,6 +97,39 @@ impl Rig {
     pub fn around(scene: &Scene, views: usize, resolution: usize) -> Self {
         let (center, radius) = bounding_sphere(scene);
         Self::new(center, radius, views, resolution)
+    }
+
+    /// The same cameras and their light, turned about the world's origin: a scene turned alike looks
+    /// to them as it did.
+    pub fn turned(mut self, rotation: DQuat) -> Self {
+        self.center = rotation * self.center;
+        for camera in &mut self.cameras {
+            let Camera { eye, right, up, forward, zenith, .. } = camera;
+            for vector in [eye, right, up, forward, zenith] {
+                *vector = rotation * *vector;
+            }
+        }
+        self
+    }
+
+    /// Pixels that a length of 1 at the center spans, of a frame one pixel wide.
+    fn scale(&self) -> f64 {
+        let camera = &self.cameras[0];
+        1.0 / (2.0 * camera.half_width * camera.eye.distance(self.center))
+    }
+
+    /// Pixels that a length at the center, in metres, spans if seen across.
+    pub fn pixels(&self, length: f64) -> f64 {
+        length * self.scale() * self.resolution as f64
+    }
+
+    /// The same cameras with frames of such a size that a length at the center, in metres, spans
+    /// `pixels`: to the nearest whole pixel of the frame, at least 1 and at most as many as now.
+    pub fn sized(&self, length: f64, pixels: f64) -> Self {
+        let resolution = (pixels / (length * self.scale())).round();
+        // What is not a number becomes 0.
+        let resolution = (resolution as usize).clamp(1, self.resolution);
+        Self { resolution, ..self.clone() }
     }
 }
 
@@ -182,6 +218,33 @@ mod tests {
             assert!((outline - FILL).abs() < 1e-9);
             assert!(camera.up.y > 0.0 && camera.near < center.z - 5.0);
             assert!((camera.right.cross(camera.up) + camera.forward).length() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn a_frame_is_as_large_as_a_length_in_it_asks() {
+        let rig = Rig::new(Vec3::ONE, 3.0, 4, 200);
+        // The sphere's outline is seen a little larger than a length of its diameter at the center.
+        let across = rig.pixels(6.0);
+        assert!(across > 180.0 && across < 0.98 * 200.0, "{across}");
+        let half = rig.sized(6.0, across / 2.0);
+        assert_eq!((half.resolution, &half.cameras), (100, &rig.cameras));
+        assert!((half.pixels(6.0) - across / 2.0).abs() < 1e-9);
+        let sides =
+            [1e9, f64::INFINITY, 0.0, f64::NAN].map(|pixels| rig.sized(6.0, pixels).resolution);
+        assert_eq!(sides, [200, 200, 1, 1]);
+    }
+
+    #[test]
+    fn a_rig_turns_with_its_light() {
+        let rig = Rig::new(Vec3::new(1.0, 2.0, 3.0), 5.0, 24, 64);
+        let quarter = DQuat::from_rotation_z(std::f64::consts::FRAC_PI_2);
+        let turned = rig.clone().turned(quarter);
+        assert!((turned.center - DVec3::new(-2.0, 1.0, 3.0)).length() < 1e-9);
+        for (before, after) in rig.cameras.iter().zip(&turned.cameras) {
+            assert!((after.zenith + DVec3::X).length() < 1e-9);
+            let point = after.to_view(Vec3::new(-7.0, 4.0, 1.0));
+            assert!((before.to_view(Vec3::new(4.0, 7.0, 1.0)) - point).length() < 1e-9);
         }
     }
 

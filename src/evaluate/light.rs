@@ -7,10 +7,11 @@
 //! every view shows the relief of its normals (a key fixed in the world leaves half of the views in
 //! the shade, where an error of the normals can't be seen), and a surrounding of two tones fixed in
 //! the world, bright above the horizon and dark below, so nothing is black and metals have an edge
-//! to reflect. Of the surrounding
+//! to reflect. Of the surrounding, with z the direction to its zenith, which is +y unless the rig
+//! is turned,
 //!
-//! - diffuse: exactly, mix(ground, sky, (1 + n_y)/2);
-//! - specular: mix(ground, sky, smoothstep(−w, w, r_y)) for the mirrored direction r, with the width
+//! - diffuse: exactly, mix(ground, sky, (1 + n·z)/2);
+//! - specular: mix(ground, sky, smoothstep(−w, w, r·z)) for the mirrored direction r, with the width
 //!   w of the lobe taken as the roughness, times the fit of the environment BRDF by Karis
 //!   ("Physically based shading on mobile", 2014).
 //!
@@ -49,12 +50,14 @@ pub(super) struct Surface {
 pub(super) struct Light {
     /// Unit, from the surface to the key.
     to_key: Vec3,
+    /// Unit, to the zenith of the surrounding.
+    zenith: Vec3,
 }
 
 impl Light {
     pub(super) fn of(camera: &Camera) -> Self {
         let to_key = camera.up * 0.6 - camera.right * 0.4 - camera.forward;
-        Self { to_key: to_key.normalize().as_vec3() }
+        Self { to_key: to_key.normalize().as_vec3(), zenith: camera.zenith.as_vec3() }
     }
 
     /// The linear light that a point sends to the eye, at least 0 and without bound in a highlight.
@@ -65,8 +68,8 @@ impl Light {
         let roughness = surface.roughness.clamp(MIN_ROUGHNESS, 1.0);
         let n_eye = normal.dot(to_eye).max(1e-4);
         let n_key = normal.dot(self.to_key);
-        let around = diffuse * mix(0.5 + 0.5 * normal.y)
-            + environment_brdf(f0, roughness, n_eye) * mirrored(normal, to_eye, roughness);
+        let around = diffuse * mix(0.5 + 0.5 * normal.dot(self.zenith))
+            + environment_brdf(f0, roughness, n_eye) * self.mirrored(normal, to_eye, roughness);
         let mut sum = around * surface.occlusion;
         if n_key > 0.0 {
             let half = (self.to_key + to_eye).normalize_or(normal);
@@ -75,6 +78,13 @@ impl Light {
             sum += (diffuse * (1.0 - fresnel) + fresnel * gloss) * (KEY * n_key);
         }
         sum
+    }
+
+    /// What the surrounding shows in the mirrored direction, blurred by roughness.
+    fn mirrored(&self, normal: Vec3, to_eye: Vec3, roughness: f32) -> f32 {
+        let up = (2.0 * normal.dot(to_eye) * normal - to_eye).dot(self.zenith);
+        let t = (0.5 + 0.5 * up / roughness).clamp(0.0, 1.0);
+        mix(t * t * (3.0 - 2.0 * t))
     }
 }
 
@@ -91,13 +101,6 @@ fn ggx(n_half: f32, n_light: f32, n_eye: f32, alpha: f32) -> f32 {
 /// Between ground (0) and sky (1).
 fn mix(t: f32) -> f32 {
     GROUND + (SKY - GROUND) * t
-}
-
-/// What the surrounding shows in the mirrored direction, blurred by roughness.
-fn mirrored(normal: Vec3, to_eye: Vec3, roughness: f32) -> f32 {
-    let up = (2.0 * normal.dot(to_eye) * normal - to_eye).y;
-    let t = (0.5 + 0.5 * up / roughness).clamp(0.0, 1.0);
-    mix(t * t * (3.0 - 2.0 * t))
 }
 
 /// The share of a uniform surrounding that GGX reflects, by Karis's fit.

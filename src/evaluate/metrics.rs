@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::distance::Distances;
+use super::switch::AtSwitch;
 
 /// How far a candidate is from its reference. Distances are over the diagonal of the reference's
 /// bounding box.
@@ -24,8 +25,13 @@ pub struct Metrics {
     /// Peak signal-to-noise ratio of [`Metrics::rms_luminance_srgb`] in decibels; `None` where there
     /// is no difference.
     pub psnr_srgb: Option<f64>,
+    /// Structural similarity of sRGB-encoded luminance, up to 1: the mean over the windows of all
+    /// views that hold a pixel of either; see [`super::similarity`].
+    pub ssim: f64,
     /// Silhouettes: what both cover over what either covers.
     pub silhouette_iou: f64,
+    /// How it looks at the largest size at which it may be shown, at most that of the rig.
+    pub at_switch: AtSwitch,
     /// The larger of the two RMS distances.
     pub distance_rms: f64,
     /// The larger of the two mean distances.
@@ -44,6 +50,8 @@ pub struct Metrics {
     pub volume_ratio: Option<f64>,
     /// Area over that of the reference.
     pub area_ratio: f64,
+    /// Diagonal of the bounding box over that of the reference.
+    pub diagonal_ratio: f64,
     /// Triangles whose UVs are turned over where the nearest of the reference's are not, or the other
     /// way round; of those that hold a sample.
     pub uv_foldovers: usize,

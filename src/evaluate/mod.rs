@@ -21,6 +21,9 @@ pub mod scene;
 mod seams;
 mod shade;
 pub mod sheet;
+pub mod similarity;
+pub mod switch;
+mod views;
 pub mod volume;
 pub mod wireframe;
 
@@ -29,16 +32,16 @@ use appearance::compare_appearance;
 use camera::Rig;
 use distance::{SampledSurface, correspond};
 use looks::count_foldovers;
-use luminance::Difference;
-use render::{Image, render_views};
 use scene::{Mode, Scene};
 use seams::seam_bands;
+use switch::{AtSwitch, largest_size};
+use views::{Seen, Views};
 use volume::{Measures, Soundness, check_soundness, measure};
 
 pub use metrics::{Metrics, Way};
 
 /// How thoroughly to look.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
     /// Cameras, 1 to 24.
     pub views: usize,
@@ -46,11 +49,13 @@ pub struct Options {
     pub resolution: usize,
     /// Samples on each surface.
     pub samples: usize,
+    /// How many pixels a surface may be off where a candidate takes over; see [`switch`].
+    pub pixel_tolerance: f64,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { views: 24, resolution: 512, samples: 200_000 }
+        Self { views: 24, resolution: 512, samples: 200_000, pixel_tolerance: 1.0 }
     }
 }
 
@@ -60,7 +65,7 @@ pub struct Reference<'a> {
     options: Options,
     mode: Mode,
     rig: Rig,
-    images: Vec<Image>,
+    views: Views,
     /// One per view: the pixels in the band around the reference's seams.
     seams: Vec<Vec<bool>>,
     surface: SampledSurface<'a>,
@@ -86,15 +91,24 @@ impl<'a> Reference<'a> {
     /// # Errors
     /// [`Error::Invalid`] if it has no surface to compare with.
     pub fn with_mode(scene: &'a Scene, options: Options, mode: Mode) -> Result<Self> {
+        let rig = Rig::around(scene, options.views, options.resolution);
+        Self::with_rig(scene, options, mode, rig)
+    }
+
+    /// Renders a reference by cameras of the caller's, and samples it. They replace the views and
+    /// the resolution of the options.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] if it has no surface to compare with.
+    pub fn with_rig(scene: &'a Scene, options: Options, mode: Mode, rig: Rig) -> Result<Self> {
         let measures = measure(&scene.positions, &scene.triangles);
         if measures.area.is_nan() || measures.area <= 0.0 {
             return Err(Error::invalid("the reference", "it has no surface"));
         }
-        let rig = Rig::around(scene, options.views, options.resolution);
         Ok(Self {
             options,
             mode,
-            images: render_views(scene, &rig, mode),
+            views: Views::new(scene, &rig, mode),
             seams: seam_bands(scene, &rig),
             rig,
             surface: SampledSurface::new(&scene.positions, &scene.triangles, options.samples, SEED),
@@ -129,17 +143,22 @@ impl<'a> Reference<'a> {
         let looks = compare_appearance(self.scene, candidate, &forward, &backward).pooled;
         let (measures, soundness) =
             (measure(positions, triangles), check_soundness(positions, triangles));
-        let seen = self.difference(candidate);
+        let views = Views::new(candidate, &self.rig, self.mode);
+        let seen = self.views.compare(&views, &self.seams)?;
+        let difference = seen.difference;
+        let at_switch = self.at_switch(candidate, both.distance_rms, &seen)?;
         let gained = |now: usize, before: usize| now as i64 - before as i64;
         Ok(Metrics {
-            rms_luminance: seen.rms(),
-            rms_luminance_srgb: seen.rms_srgb(),
-            rms_luminance_covered: seen.rms_covered(),
-            rms_luminance_srgb_covered: seen.rms_covered_srgb(),
-            rms_luminance_seams: seen.rms_seams(),
-            rms_luminance_srgb_seams: seen.rms_seams_srgb(),
-            psnr_srgb: peak_ratio(seen.rms_srgb()),
-            silhouette_iou: seen.overlap(),
+            rms_luminance: difference.rms(),
+            rms_luminance_srgb: difference.rms_srgb(),
+            rms_luminance_covered: difference.rms_covered(),
+            rms_luminance_srgb_covered: difference.rms_covered_srgb(),
+            rms_luminance_seams: difference.rms_seams(),
+            rms_luminance_srgb_seams: difference.rms_seams_srgb(),
+            psnr_srgb: peak_ratio(difference.rms_srgb()),
+            ssim: seen.similarity.mean(),
+            silhouette_iou: difference.overlap(),
+            at_switch,
             distance_rms: both.distance_rms,
             distance_mean: both.distance_mean,
             distance_max: both.distance_max,
@@ -149,6 +168,7 @@ impl<'a> Reference<'a> {
             normal_degrees_rms: looks.normal_degrees_rms,
             volume_ratio: self.volume_ratio(&measures),
             area_ratio: measures.area / self.measures.area,
+            diagonal_ratio: measures.diagonal / self.measures.diagonal,
             uv_foldovers: count_foldovers(self.scene, candidate, &backward),
             degenerate_triangles: soundness.degenerate_triangles,
             border_edges_gained: gained(soundness.border_edges, self.soundness.border_edges),
@@ -159,14 +179,17 @@ impl<'a> Reference<'a> {
         })
     }
 
-    /// Renders a candidate view by view and sums up the differences.
-    fn difference(&self, candidate: &Scene) -> Difference {
-        let views = render_views(candidate, &self.rig, self.mode);
-        let mut pooled = Difference::default();
-        for ((own, view), seams) in self.images.iter().zip(&views).zip(&self.seams) {
-            pooled += Difference::between(own, view, seams);
+    /// Looks again from so far away that a surface of this distance is off by the tolerance; `seen`
+    /// is what the rig saw.
+    fn at_switch(&self, candidate: &Scene, distance_rms: f64, seen: &Seen) -> Result<AtSwitch> {
+        let size = largest_size(self.options.pixel_tolerance, distance_rms);
+        let rig = self.rig.sized(self.diagonal(), size);
+        let pixels = size.min(self.rig.pixels(self.diagonal()));
+        if rig.resolution == self.rig.resolution {
+            return Ok(AtSwitch::new(pixels, rig.resolution, seen));
         }
-        pooled
+        let [own, other] = [self.scene, candidate].map(|scene| Views::new(scene, &rig, self.mode));
+        Ok(AtSwitch::new(pixels, rig.resolution, &own.compare(&other, &[])?))
     }
 
     /// A sheet or a flat thing has no volume of its own: what rounding leaves says nothing.
@@ -205,9 +228,30 @@ mod tests {
     }
 
     #[test]
+    fn a_candidate_is_seen_at_the_size_at_which_it_takes_over() {
+        // Lifted by an eighth of the diagonal √2.
+        let (reference, mut candidate) = (leaning(Vec3::Z), leaning(Vec3::X));
+        candidate.positions.iter_mut().for_each(|point| point.z += 0.125 * 2f32.sqrt());
+        let options = Options { views: 2, resolution: 64, samples: 100, pixel_tolerance: 4.0 };
+        let metrics = |options| Reference::new(&reference, options)?.compare(&candidate);
+        let seen = metrics(options).unwrap().at_switch;
+        assert!((seen.pixels - 32.0).abs() < 1e-4 && seen.resolution < 64, "{seen:?}");
+        // A rig of that size sees the same from the start.
+        let small = Options { resolution: seen.resolution, ..options };
+        let whole = metrics(small).unwrap();
+        assert_eq!(whole.rms_luminance, seen.rms_luminance);
+        assert_eq!((whole.rms_luminance_srgb, whole.ssim), (seen.rms_luminance_srgb, seen.ssim));
+        // One that may be shown larger than the rig shows it has the rig's figures.
+        let lax = metrics(Options { pixel_tolerance: 100.0, ..options }).unwrap();
+        assert_eq!((lax.at_switch.resolution, lax.at_switch.ssim), (64, lax.ssim));
+        assert!(lax.at_switch.pixels > 32.0 && lax.at_switch.pixels < 64.0);
+        assert_eq!(lax.at_switch.rms_luminance, lax.rms_luminance);
+    }
+
+    #[test]
     fn without_light_normals_do_not_show() {
         let (reference, candidate) = (leaning(Vec3::Z), leaning(Vec3::X));
-        let options = Options { views: 2, resolution: 32, samples: 100 };
+        let options = Options { views: 2, resolution: 32, samples: 100, ..Options::default() };
         let luminance = |mode| {
             let metrics = Reference::with_mode(&reference, options, mode)?.compare(&candidate)?;
             Ok::<_, Error>(metrics.rms_luminance)

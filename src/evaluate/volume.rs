@@ -1,10 +1,10 @@
 //! What a closed surface holds, how large it is, and what is wrong with it.
 //!
-//! The signed volume is Σ v₀·(v₁×v₂)/6 over the triangles, each corner taken from the center of the
-//! bounding box: the divergence theorem for the field x/3. It is the volume enclosed if the surface
+//! The signed volume is Σ v₀·(v₁×v₂)/6 over the triangles, each corner taken from the surface's
+//! center of area: the divergence theorem for the field x/3. It is the volume enclosed if the surface
 //! is closed and its triangles are counter-clockwise from outside, negative if they are clockwise,
 //! and depends on the place of the center if the surface is open; so two open surfaces are compared
-//! by it only roughly.
+//! by it only roughly. That center moves and turns with the surface, and so the volume stays.
 //!
 //! All sums are in f64 and in the order of the triangles.
 
@@ -57,12 +57,21 @@ pub(crate) fn area_vector(positions: &[Vec3], triangle: [u32; 3]) -> DVec3 {
 /// Volume, area and diagonal.
 pub fn measure(positions: &[Vec3], triangles: &[[u32; 3]]) -> Measures {
     let Some([min, max]) = bounding_box(positions, triangles) else { return Measures::default() };
-    let center = (min.as_dvec3() + max.as_dvec3()) * 0.5;
+    // Near all of it, so that little is lost to rounding.
+    let middle = (min.as_dvec3() + max.as_dvec3()) * 0.5;
     let (mut volume, mut area) = (0.0, 0.0);
+    let (mut vector, mut moment) = (DVec3::ZERO, DVec3::ZERO);
     for &triangle in triangles {
-        let [a, b, c] = triangle.map(|p| positions[p as usize].as_dvec3() - center);
+        let [a, b, c] = triangle.map(|p| positions[p as usize].as_dvec3() - middle);
         volume += a.dot(b.cross(c));
-        area += area_vector(positions, triangle).length();
+        let own = area_vector(positions, triangle);
+        area += own.length();
+        vector += own;
+        moment += (a + b + c) * (own.length() / 3.0);
+    }
+    if area > 0.0 {
+        // (a−g)·((b−g)×(c−g)) = a·(b×c) − g·((b−a)×(c−a)); a closed surface's vectors add up to 0.
+        volume -= (moment / area).dot(vector);
     }
     let diagonal = max.as_dvec3().distance(min.as_dvec3());
     Measures { volume: volume / 6.0, area: area / 2.0, diagonal }

@@ -12,8 +12,9 @@ type Figure = (&'static str, &'static str, f64, fn(&Metrics) -> Option<f64>);
 /// What distances are over.
 const DIAGONAL: &str = "of the diagonal";
 /// The charts, in the order of the page.
-const FIGURES: [Figure; 7] = [
+const FIGURES: [Figure; 8] = [
     ("RMS luminance", "sRGB, 0…1", 0.0, |m| Some(m.rms_luminance_srgb)),
+    ("Similarity", "SSIM", 1.0, |m| Some(m.ssim)),
     ("RMS distance", DIAGONAL, 0.0, |m| Some(m.distance_rms)),
     ("Max distance", DIAGONAL, 0.0, |m| Some(m.distance_max)),
     ("Color error", "RMS, sRGB", 0.0, |m| Some(m.color_rms)),
@@ -109,11 +110,11 @@ mod tests {
         let bad = Metrics { distance_max: f64::NAN, ..metrics };
         let measured = [("a".into(), 9, &metrics, 0), ("b".into(), 4, &bad, 0)];
         let charts = charts(&measured);
-        assert_eq!(charts.len(), 6, "no volume");
+        assert_eq!(charts.len(), 7, "no volume");
         let triangles = |chart: &Chart| -> Vec<usize> {
             chart.series[0].points.iter().map(|point| point.triangles).collect()
         };
         assert_eq!(triangles(&charts[0]), [4, 9]);
-        assert_eq!(triangles(&charts[2]), [9]);
+        assert_eq!(triangles(&charts[3]), [9]);
     }
 }

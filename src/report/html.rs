@@ -9,9 +9,10 @@ use seamwise_texture::Role;
 use super::chart::{COLORS, Chart};
 use super::figures::{charts, file_name, series_colors, short_names};
 use super::pictures::{AtlasPicture, AtlasPictures, Gallery, Picture};
+use super::table::{COLUMNS, header};
 use super::threads::ThreadTime;
 use super::ticks::grouped;
-use super::{BakeReport, COLUMNS, EvaluateReport, Seconds, header};
+use super::{BakeReport, EvaluateReport, Seconds};
 use crate::error::{Error, Result};
 use crate::evaluate::heat::{WHITE, heat_color};
 
@@ -154,9 +155,6 @@ pub fn evaluate_page(report: &EvaluateReport, gallery: &Gallery) -> Result<Strin
         .chain(measured.iter().map(|(name, triangles, ..)| (name.clone(), *triangles)));
     let own_colors =
         std::iter::once(None).chain(colors.iter().map(|&color| several.then_some(color)));
-    let failures = report.candidates.iter().filter_map(|candidate| {
-        Some(format!("{} could not be compared: {}", candidate.file, candidate.failure.as_ref()?))
-    });
     render(&Page {
         title: file_name(&reference.file),
         facts: vec![
@@ -170,7 +168,7 @@ pub fn evaluate_page(report: &EvaluateReport, gallery: &Gallery) -> Result<Strin
             .map(|(cells, color)| Row::new(cells, color))
             .collect(),
         header: header("file"),
-        notes: failures.collect(),
+        notes: report.complaints(),
         charts: charts(&measured),
         ..Page::of(Some(gallery), names)
     })
@@ -331,6 +329,7 @@ mod tests {
                 triangles: 6,
                 metrics: Some(Metrics::default()),
                 failure: None,
+                warning: None,
             }],
         };
         let mut gallery = Gallery::new(&Scene::default()).unwrap();

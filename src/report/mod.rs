@@ -1,20 +1,24 @@
 //! What a bake or an evaluation found, as JSON, as a table and as a page.
 
 mod chart;
+mod csv;
 mod figures;
 pub mod html;
 pub mod pictures;
+mod table;
 pub mod threads;
 mod ticks;
 
 use serde::Serialize;
-use serde_json::Value;
 
 use crate::certificate::Screen;
 use crate::error::{Error, Result};
 use crate::evaluate::Metrics;
 use crate::evaluate::camera::{Camera, Rig};
 use crate::evaluate::scene::Mode;
+use table::{COLUMNS, header, row};
+
+pub(crate) use table::align;
 
 /// What a bake did, in schema 1.
 #[derive(Clone, Debug, Serialize)]
@@ -213,6 +217,53 @@ pub struct CandidateReport {
     pub metrics: Option<Metrics>,
     /// Why it could not be compared.
     pub failure: Option<String>,
+    /// What makes its figures doubtful, if it was compared.
+    pub warning: Option<String>,
+}
+
+/// How many times as large as the reference, or as small, a candidate may be before its figures are
+/// doubted: less than that between the units of any two tools (25.4 for inches in millimetres).
+const MOST_ENLARGED: f64 = 10.0;
+
+impl CandidateReport {
+    /// What came of a comparison: the triangles and the figures.
+    pub fn new(file: String, compared: Result<(usize, Metrics)>) -> Self {
+        match compared {
+            Ok((triangles, metrics)) => Self {
+                file,
+                triangles,
+                warning: doubt(metrics.diagonal_ratio),
+                metrics: Some(metrics),
+                failure: None,
+            },
+            Err(error) => {
+                let failure = Some(error.to_string());
+                Self { file, triangles: 0, metrics: None, failure, warning: None }
+            }
+        }
+    }
+
+    /// What is wrong with it, if anything is.
+    pub fn complaint(&self) -> Option<&str> {
+        self.failure.as_deref().or(self.warning.as_deref())
+    }
+}
+
+/// What to say of a candidate whose bounding box is so many times as large as the reference's.
+fn doubt(diagonal_ratio: f64) -> Option<String> {
+    if (1.0 / MOST_ENLARGED..=MOST_ENLARGED).contains(&diagonal_ratio) {
+        return None;
+    }
+    let (times, than) = if diagonal_ratio > 1.0 {
+        (diagonal_ratio, "larger")
+    } else {
+        (1.0 / diagonal_ratio, "smaller")
+    };
+    // Three digits, which is what tells a unit.
+    let digits = (2 - times.log10().floor() as i32).clamp(0, 2) as usize;
+    Some(format!(
+        "its bounding box is {times:.digits$} times {than} than the reference's: is it in other units?"
+    ))
 }
 
 impl EvaluateReport {
@@ -230,14 +281,31 @@ impl EvaluateReport {
     /// # Errors
     /// [`Error::Internal`] if they can't be written so.
     pub fn to_csv(&self) -> Result<String> {
-        to_csv(self.candidates.iter().map(|candidate| (candidate, &candidate.metrics)))
+        csv::to_csv(self.candidates.iter().map(|candidate| (candidate, &candidate.metrics)))
     }
 
     /// The report as a table for people.
     pub fn to_table(&self) -> String {
         let mut rows = vec![header("file")];
         rows.extend(self.rows());
-        align(&rows)
+        let mut text = align(&rows);
+        for complaint in self.complaints() {
+            text += &format!("{complaint}\n");
+        }
+        text
+    }
+
+    /// A line for each candidate that could not be compared or whose figures are doubtful.
+    fn complaints(&self) -> Vec<String> {
+        let complaint = |candidate: &CandidateReport| {
+            let file = &candidate.file;
+            match (&candidate.failure, &candidate.warning) {
+                (Some(why), _) => Some(format!("{file} could not be compared: {why}")),
+                (None, Some(warning)) => Some(format!("{file}: {warning}")),
+                (None, None) => None,
+            }
+        };
+        self.candidates.iter().filter_map(complaint).collect()
     }
 
     /// The reference and the candidates as rows of a table.
@@ -250,108 +318,9 @@ impl EvaluateReport {
     }
 }
 
-/// A row for each pair of a record and its metrics, flat.
-fn to_csv<'a, R: Serialize + 'a>(
-    records: impl Iterator<Item = (&'a R, &'a Option<Metrics>)>,
-) -> Result<String> {
-    let internal = |error: String| Error::Internal { what: error };
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    for (index, (record, metrics)) in records.enumerate() {
-        // Columns are those of a record with metrics, whether this one has them or not.
-        let mut fields = Vec::new();
-        flatten(
-            "",
-            &serde_json::to_value(record).map_err(|e| internal(e.to_string()))?,
-            &mut fields,
-        );
-        fields.retain(|(name, _)| name != "metrics" && !name.starts_with("metrics."));
-        let figures = serde_json::to_value(metrics.unwrap_or_default());
-        let mut measured = Vec::new();
-        flatten("", &figures.map_err(|e| internal(e.to_string()))?, &mut measured);
-        if metrics.is_none() {
-            measured.iter_mut().for_each(|(_, figure)| figure.clear());
-        }
-        fields.extend(measured);
-        if index == 0 {
-            let names = fields.iter().map(|(name, _)| name);
-            writer.write_record(names).map_err(|e| internal(e.to_string()))?;
-        }
-        let row = fields.iter().map(|(_, figure)| figure);
-        writer.write_record(row).map_err(|e| internal(e.to_string()))?;
-    }
-    let bytes = writer.into_inner().map_err(|e| internal(e.to_string()))?;
-    String::from_utf8(bytes).map_err(|e| internal(e.to_string()))
-}
-
-/// The leaves of a JSON value with their paths, joined by dots.
-fn flatten(path: &str, value: &Value, out: &mut Vec<(String, String)>) {
-    match value {
-        Value::Object(object) => {
-            for (key, value) in object {
-                let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
-                flatten(&path, value, out);
-            }
-        }
-        Value::Null => out.push((path.to_owned(), String::new())),
-        Value::String(text) => out.push((path.to_owned(), text.clone())),
-        other => out.push((path.to_owned(), other.to_string())),
-    }
-}
-
 fn to_json(report: &impl Serialize) -> Result<String> {
     let text = serde_json::to_string_pretty(report);
     Ok(text.map_err(|error| Error::Internal { what: error.to_string() })? + "\n")
-}
-
-const COLUMNS: usize = 10;
-
-fn header(first: &str) -> [String; COLUMNS] {
-    [
-        first,
-        "triangles",
-        "RMS Y",
-        "RMS Y sRGB",
-        "distance RMS",
-        "max",
-        "color",
-        "normal °",
-        "volume",
-        "silhouette",
-    ]
-    .map(str::to_owned)
-}
-
-fn row(name: &str, triangles: usize, metrics: Option<&Metrics>) -> [String; COLUMNS] {
-    let figure = |of: fn(&Metrics) -> String| metrics.map_or(String::new(), of);
-    [
-        name.to_owned(),
-        triangles.to_string(),
-        figure(|m| format!("{:.5}", m.rms_luminance)),
-        figure(|m| format!("{:.5}", m.rms_luminance_srgb)),
-        figure(|m| format!("{:.2e}", m.distance_rms)),
-        figure(|m| format!("{:.2e}", m.distance_max)),
-        figure(|m| format!("{:.4}", m.color_rms)),
-        figure(|m| format!("{:.2}", m.normal_degrees_rms)),
-        figure(|m| m.volume_ratio.map_or("–".to_owned(), |ratio| format!("{ratio:.4}"))),
-        figure(|m| format!("{:.4}", m.silhouette_iou)),
-    ]
-}
-
-/// Columns of equal width: the first to the left, figures to the right.
-pub(crate) fn align<const COLUMNS: usize>(rows: &[[String; COLUMNS]]) -> String {
-    let width =
-        |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
-    let widths: Vec<usize> = (0..COLUMNS).map(width).collect();
-    let mut text = String::new();
-    for row in rows {
-        let mut line = format!("{:<1$}", row[0], widths[0]);
-        for (cell, width) in row.iter().zip(&widths).skip(1) {
-            line += &format!("  {cell:>width$}");
-        }
-        text += line.trim_end();
-        text.push('\n');
-    }
-    text
 }
 
 /// Most memory that this process has held at once, in bytes.
@@ -368,35 +337,12 @@ mod tests {
     use glam::{DVec3, Vec3};
 
     #[test]
-    fn a_failure_keeps_its_columns_empty_in_csv() {
-        let candidate = |file: &str, metrics| CandidateReport {
-            file: file.into(),
-            triangles: 2,
-            metrics,
-            failure: None,
-        };
-        let candidates = [
-            candidate("a, b.glb", None),
-            candidate("c.glb", Some(Metrics { color_rms: 0.5, ..Metrics::default() })),
-        ];
-        let rows = candidates.iter().map(|candidate| (candidate, &candidate.metrics));
-        let text = to_csv(rows).unwrap();
-        let lines: Vec<&str> = text.lines().collect();
-        assert!(lines[0].starts_with("file,triangles,failure,rms_luminance"));
-        assert!(lines[0].contains("forward.distance_rms"));
-        assert!(lines[1].starts_with("\"a, b.glb\",2,,,"));
-        let column = lines[0].split(',').position(|name| name == "color_rms").unwrap();
-        assert_eq!(lines[2].split(',').nth(column), Some("0.5"));
-    }
-
-    #[test]
-    fn columns_line_up() {
-        let rows = [header("file"), row("a", 12, Some(&Metrics::default())), row("bcdef", 3, None)];
-        let text = align(&rows);
-        let lines: Vec<&str> = text.lines().collect();
-        let end = |line: &str, word: &str| line.find(word).map(|at| at + word.len());
-        assert_eq!(end(lines[0], "triangles"), end(lines[1], "12"));
-        assert_eq!(end(lines[0], "triangles"), end(lines[2], "3"));
+    fn other_units_are_doubted() {
+        assert_eq!([1.0, 0.2, 9.0, 10.0].map(doubt), [const { None }; 4]);
+        let said = |ratio| doubt(ratio).unwrap();
+        assert!(said(1000.0).contains("is 1000 times larger"), "{}", said(1000.0));
+        assert!(said(1.0 / 25.4).contains("is 25.4 times smaller"), "{}", said(1.0 / 25.4));
+        assert!(doubt(f64::NAN).is_some() && doubt(0.0).is_some());
     }
 
     #[test]

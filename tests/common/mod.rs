@@ -39,7 +39,8 @@ pub(crate) fn unmeasured() -> BakeOptions {
 
 /// Options that measure roughly.
 pub(crate) fn measured() -> BakeOptions {
-    let evaluate = evaluate::Options { views: 4, resolution: 64, samples: 20_000 };
+    let evaluate =
+        evaluate::Options { views: 4, resolution: 64, samples: 20_000, pixel_tolerance: 1.0 };
     BakeOptions { evaluate: Some(evaluate), ..BakeOptions::default() }
 }
 

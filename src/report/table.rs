@@ -1,0 +1,76 @@
+//! Figures as a table for people.
+
+use crate::evaluate::Metrics;
+
+/// Columns of a table of figures.
+pub(super) const COLUMNS: usize = 12;
+
+/// What the columns are, the first by this name.
+pub(super) fn header(first: &str) -> [String; COLUMNS] {
+    [
+        first,
+        "triangles",
+        "RMS Y",
+        "RMS Y sRGB",
+        "SSIM",
+        "distance RMS",
+        "max",
+        "color",
+        "normal °",
+        "volume",
+        "silhouette",
+        "sRGB at switch",
+    ]
+    .map(str::to_owned)
+}
+
+/// A candidate or level; its figures are empty where there are none.
+pub(super) fn row(name: &str, triangles: usize, metrics: Option<&Metrics>) -> [String; COLUMNS] {
+    let figure = |of: fn(&Metrics) -> String| metrics.map_or(String::new(), of);
+    [
+        name.to_owned(),
+        triangles.to_string(),
+        figure(|m| format!("{:.5}", m.rms_luminance)),
+        figure(|m| format!("{:.5}", m.rms_luminance_srgb)),
+        figure(|m| format!("{:.4}", m.ssim)),
+        figure(|m| format!("{:.2e}", m.distance_rms)),
+        figure(|m| format!("{:.2e}", m.distance_max)),
+        figure(|m| format!("{:.4}", m.color_rms)),
+        figure(|m| format!("{:.2}", m.normal_degrees_rms)),
+        figure(|m| m.volume_ratio.map_or("–".to_owned(), |ratio| format!("{ratio:.4}"))),
+        figure(|m| format!("{:.4}", m.silhouette_iou)),
+        figure(|m| format!("{:.5} @ {:.0}", m.at_switch.rms_luminance_srgb, m.at_switch.pixels)),
+    ]
+}
+
+/// Columns of equal width: the first to the left, figures to the right.
+pub(crate) fn align<const COLUMNS: usize>(rows: &[[String; COLUMNS]]) -> String {
+    let width =
+        |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..COLUMNS).map(width).collect();
+    let mut text = String::new();
+    for row in rows {
+        let mut line = format!("{:<1$}", row[0], widths[0]);
+        for (cell, width) in row.iter().zip(&widths).skip(1) {
+            line += &format!("  {cell:>width$}");
+        }
+        text += line.trim_end();
+        text.push('\n');
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_line_up() {
+        let rows = [header("file"), row("a", 12, Some(&Metrics::default())), row("bcdef", 3, None)];
+        let text = align(&rows);
+        let lines: Vec<&str> = text.lines().collect();
+        let end = |line: &str, word: &str| line.find(word).map(|at| at + word.len());
+        assert_eq!(end(lines[0], "triangles"), end(lines[1], "12"));
+        assert_eq!(end(lines[0], "triangles"), end(lines[2], "3"));
+    }
+}
