@@ -8,7 +8,7 @@
 //! count upward, so its sign is turned here.
 
 use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
-use glam::{Vec2, Vec3, Vec4};
+use glam::{DVec3, Vec2, Vec3, Vec4};
 
 use crate::error::{Error, Result};
 
@@ -54,7 +54,8 @@ pub fn compute_tangents(input: &TangentInput<'_>) -> Result<Vec<[Vec4; 3]>> {
         .filter(|t| input.triangles[*t].iter().all(|v| sound(*v as usize)))
         .collect();
     let fallback = |v: u32| {
-        let normal = input.normals[v as usize].normalize_or(Vec3::Z);
+        // In f64, where the square of no f32 is lost to underflow.
+        let normal = input.normals[v as usize].as_dvec3().normalize_or(DVec3::Z).as_vec3();
         normal.any_orthonormal_vector().extend(1.0)
     };
     let tangents = input.triangles.iter().map(|triangle| triangle.map(fallback)).collect();
@@ -160,6 +161,18 @@ mod tests {
         };
         assert!(compute_tangents(&input).unwrap_err().to_string().contains("triangle 0"));
         assert!(compute_tangents(&TangentInput { uvs: &[], ..input }).is_err());
+    }
+
+    #[test]
+    fn a_normal_whose_square_underflows_gives_a_unit_tangent() {
+        let input = TangentInput {
+            positions: &[Vec3::ZERO],
+            normals: &[Vec3::Y * -5.223_229e-23],
+            uvs: &[Vec2::ZERO],
+            triangles: &[[0, 0, 0]],
+        };
+        let tangent = compute_tangents(&input).unwrap()[0][0].truncate();
+        assert!((tangent.length() - 1.0).abs() < 1e-6, "{tangent}");
     }
 
     /// Few values, so that points and UVs coincide; huge ones and those that are no number.
