@@ -22,8 +22,8 @@ compared at 256 pixels with its texture reduced, so that mip maps are read only 
 aslant, and once at 1024 pixels with its texture whole. The sheet's 8 bits add about 0.001.
 
 Needs Python 3.11 or later with venv, the assets in ../shared/assets (the sphere goes without), and,
-on the first run, the network: it makes its own environment (see setting.py). Takes about a minute
-once that is there. Exits with 1 if a limit is broken.
+on the first run, the network: it makes its own environment (see setting.py). Takes about two
+minutes once that is there. Exits with 1 if a limit is broken.
 """
 
 import sys
@@ -41,8 +41,6 @@ import gltf
 mi.set_variant("scalar_rgb")
 
 ASSETS = ["scan/popcorn.glb", "scan/frypan.glb"]
-# Cameras of the rig, 1 to 24.
-VIEWS = 3
 # Texels along each side of a reduced texture. A box seen aslant differs by 0.012, 0.0055 and 0.0026
 # with 256, 128 and 64.
 REDUCED = 128
@@ -280,14 +278,21 @@ def compare_sphere(tool, table, resolution=256, side=128):
     table.add("sphere", resolution, 0, (seen, None, lambert))
 
 
+def add_options(parser):
+    parser.add_argument(
+        "--views", type=int, choices=range(1, 25), default=3, metavar="1…24",
+        help="cameras of the rig that see the reduced textures; 3 if not given",
+    )  # fmt: skip
+
+
 def main():
-    tool = setting.Tool(__doc__)
+    tool = setting.Tool(__doc__, add_options)
     print(f"Mean absolute differences to Mitsuba {mi.__version__} ({mi.variant()})\n")
     table = Table()
     compare_sphere(tool, table)
     for asset in setting.find_assets(ASSETS):
         reduced = reduce_texture(tool, asset)
-        compare_asset(tool, table, reduced, VIEWS, resolution=256, finer=4)
+        compare_asset(tool, table, reduced, tool.options.views, resolution=256, finer=4)
         compare_asset(tool, table, asset, 1, resolution=1024, finer=2)
     print(f"\n{table.failures} pictures beyond the limit" if table.failures else f"\nAll below {LIMIT}")
     sys.exit(table.failures > 0)

@@ -1,6 +1,7 @@
 """Where a comparison with a peer runs: its packages, the binary, the assets and the outputs.
 
-Standard library only, since it runs before the packages are there.
+Standard library only, since it runs before the packages are there. Run by itself it installs them
+and does nothing else.
 """
 
 import argparse
@@ -18,19 +19,16 @@ ROOT = HERE.parent.parent
 ASSETS = ROOT.parent / "shared" / "assets"
 
 
-def enter_environment():
-    """Starts the running script again in a virtual environment with requirements.txt.
+def make_environment():
+    """Makes a virtual environment with requirements.txt, unless it is there; returns its folder.
 
-    The environment lies in $SEAMWISE_PEERS, or ~/.cache/seamwise-peers, under a name made of the
-    pins and the interpreter, so a change of either makes a new one. A script that runs in it
-    already goes on.
+    It lies in $SEAMWISE_PEERS, or ~/.cache/seamwise-peers, under a name made of the pins and the
+    interpreter, so a change of either makes a new one.
     """
     pins = (HERE / "requirements.txt").read_bytes()
     name = hashlib.sha256(pins + sys.version.encode()).hexdigest()[:16]
     default = Path.home() / ".cache" / "seamwise-peers"
     folder = Path(os.environ.get("SEAMWISE_PEERS") or default).absolute() / name
-    if Path(sys.prefix) == folder:
-        return
     python = folder / "bin" / "python"
     ready = folder / "ready"
     if not ready.exists():
@@ -39,6 +37,15 @@ def enter_environment():
         install = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
         subprocess.run([*install, "-r", HERE / "requirements.txt"], check=True)
         ready.touch()
+    return folder
+
+
+def enter_environment():
+    """Starts the running script again in that environment; one that runs in it already goes on."""
+    folder = make_environment()
+    if Path(sys.prefix) == folder:
+        return
+    python = folder / "bin" / "python"
     # What the caller's own environment adds to the path would come before the pins.
     os.environ.pop("PYTHONPATH", None)
     os.execv(python, [str(python), *sys.argv])
@@ -55,13 +62,15 @@ def find_assets(names):
 class Tool:
     """The binary, and a folder for what it writes that goes when the script ends."""
 
-    def __init__(self, description):
+    def __init__(self, description, add_options):
+        """`add_options` adds a script's own to the parser; they are `options` then."""
         parser = argparse.ArgumentParser(
             description=description, formatter_class=argparse.RawDescriptionHelpFormatter
         )
         parser.add_argument("--seamwise", type=Path, help="the binary; built if not given")
         parser.add_argument("--keep", type=Path, help="leave what is written in this folder")
-        arguments = parser.parse_args()
+        add_options(parser)
+        arguments = self.options = parser.parse_args()
         self._scratch = None
         if arguments.keep:
             arguments.keep.mkdir(parents=True, exist_ok=True)
@@ -82,10 +91,10 @@ class Tool:
         command = [self._binary, "--quiet", *arguments]
         subprocess.run([str(word) for word in command], check=True)
 
-    def bake(self, asset):
-        """The levels of an asset, finest first."""
+    def bake(self, asset, levels):
+        """These of the four levels of an asset."""
         self.run("bake", asset, "--no-evaluate", "-o", self.folder)
-        levels = [self.folder / f"{asset.stem}_lod{level}.glb" for level in range(1, 5)]
+        levels = [self.folder / f"{asset.stem}_lod{level}.glb" for level in levels]
         assert all(level.is_file() for level in levels), levels
         return levels
 
@@ -94,3 +103,7 @@ class Tool:
         report = self.folder / "report.json"
         self.run("evaluate", reference, *candidates, *options, "--json", report)
         return json.loads(report.read_text())
+
+
+if __name__ == "__main__":
+    make_environment()
