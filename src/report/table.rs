@@ -19,7 +19,7 @@ pub(super) fn header(first: &str) -> [String; COLUMNS] {
         "normal °",
         "volume",
         "silhouette",
-        "sRGB at switch",
+        "at switch",
     ]
     .map(str::to_owned)
 }
