@@ -205,6 +205,7 @@ fn run(name: &str, mut subject: Subject, arguments: &Arguments, means: &mut Mean
         views: arguments.views,
         resolution: arguments.resolution,
         samples: arguments.samples,
+        ..evaluate::Options::default()
     };
     let reference = Reference::new(&source, evaluation).expect("a surface");
     let targets: Vec<Vec<usize>> =
