@@ -27,7 +27,7 @@ use seamwise::geometry::Geometry;
 use seamwise::levels::{LevelMesh, level_asset};
 use seamwise::parts::level_parts;
 use seamwise::read::read;
-use seamwise_attr::{Level, Mesh, Options, Weights, simplify_chain, weld};
+use seamwise_attr::{Level, Mesh, Options, Polish, Weights, polish_chain, simplify_chain, weld};
 
 const ASSETS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/assets");
 const MODELS: [(&str, &str); 7] = [
@@ -70,12 +70,26 @@ struct Arguments {
     border: f64,
     #[arg(long, default_value_t = Weights::default().seam)]
     seam: f64,
+    /// Rounds of polish; 0 leaves the levels as the descent left them.
+    #[arg(long, default_value_t = Polish::default().rounds)]
+    rounds: usize,
+    #[arg(long, default_value_t = Polish::default().density)]
+    density: f64,
+    #[arg(long, default_value_t = Polish::default().damping)]
+    damping: f64,
+    #[arg(long, default_value_t = Polish::default().attribute_damping)]
+    attribute_damping: f64,
     /// Cargo says this.
     #[arg(long, hide = true)]
     bench: bool,
 }
 
 impl Arguments {
+    fn polish(&self) -> Option<Polish> {
+        let Self { rounds, density, damping, attribute_damping, .. } = *self;
+        (rounds > 0).then_some(Polish { rounds, density, damping, attribute_damping })
+    }
+
     fn options(&self) -> Options {
         let weights = Weights {
             uv: self.uv,
@@ -162,13 +176,19 @@ fn bare_scene(mesh: &Mesh) -> Scene {
 }
 
 /// Per mesh a level per target.
-fn ours(subject: &Subject, targets: &[Vec<usize>], options: &Options) -> Vec<Vec<Level>> {
-    let removed = AtomicUsize::new(0);
+fn ours(subject: &Subject, targets: &[Vec<usize>], arguments: &Arguments) -> Vec<Vec<Level>> {
+    let (options, removed) = (arguments.options(), AtomicUsize::new(0));
     subject
         .meshes()
         .par_iter()
         .zip(targets)
-        .map(|(mesh, targets)| simplify_chain(mesh, targets, options, &removed).expect("a chain"))
+        .map(|(mesh, targets)| {
+            let mut levels = simplify_chain(mesh, targets, &options, &removed).expect("a chain");
+            if let Some(options) = arguments.polish() {
+                polish_chain(mesh, &mut levels, &options, &removed).expect("sound options");
+            }
+            levels
+        })
         .collect()
 }
 
@@ -210,8 +230,7 @@ fn run(name: &str, mut subject: Subject, arguments: &Arguments, means: &mut Mean
     let reference = Reference::new(&source, evaluation).expect("a surface");
     let targets: Vec<Vec<usize>> =
         subject.meshes().iter().map(|mesh| nominal(mesh, &arguments.ratios)).collect();
-    let options = arguments.options();
-    let alone = ours(&subject, &targets, &options);
+    let alone = ours(&subject, &targets, arguments);
     let reached: Vec<usize> = (0..arguments.ratios.len())
         .map(|level| alone.iter().map(|chain| chain[level].mesh.triangles.len()).sum())
         .collect();
@@ -238,7 +257,7 @@ fn run(name: &str, mut subject: Subject, arguments: &Arguments, means: &mut Mean
         .iter()
         .map(|chain| chain.iter().map(|level| level.mesh.triangles.len().max(1)).collect())
         .collect();
-    let equal = ours(&subject, &counts, &options);
+    let equal = ours(&subject, &counts, arguments);
     let theirs = measure(&mut subject, &reference, &rivals);
     let own = measure(&mut subject, &reference, &equal);
     for (level, ((n, rival), (m, own))) in theirs.iter().zip(&own).enumerate() {

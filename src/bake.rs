@@ -1,4 +1,4 @@
-//! The straight line: read → weld → simplify → repair → evaluate → write. The only file that knows
+//! The straight line: read → weld → simplify → polish → repair → evaluate → write. The only file that knows
 //! the order of the stages.
 
 use std::path::{Path, PathBuf};
@@ -6,12 +6,13 @@ use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use rayon::prelude::*;
-use seamwise_attr::{self as attr, Level, simplify_chain};
+use seamwise_attr::Level;
 use serde_json::{Value, json};
 
 use crate::asset::{Asset, EncodedImage};
 use crate::atlas::{ImageRepair, encode_repaired, repair_all};
 use crate::certificate::{Screen, certificate, certify};
+use crate::chains::{polish_all, simplify_all, triangle_count, weld_all};
 use crate::error::{Error, Result};
 use crate::evaluate::load::{TextureCache, load};
 use crate::evaluate::{self, Metrics, Reference};
@@ -120,8 +121,12 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
     let mut clock = Clock::default();
     let asset = clock.time(|s| &mut s.read, || input.read())?;
     let geometries = clock.time(|s| &mut s.weld, || weld_all(&asset))?;
-    let chains =
+    let mut chains =
         clock.time(|s| &mut s.simplify, || simplify_all(&geometries, options, progress))?;
+    if let Some(polish) = &options.polish {
+        let run = || polish_all(&geometries, &mut chains, polish, progress);
+        clock.time(|s| &mut s.polish, run)?;
+    }
     let repairs = clock.time(|s| &mut s.repair, || repair_images(&asset, options))?;
     let images = clock.time(|s| &mut s.repair, || finish_images(&asset, repairs.as_deref()))?;
     let mut extras = Extras::default();
@@ -222,50 +227,6 @@ impl Clock {
         *stage(&mut self.seconds) += start.elapsed().as_secs_f64();
         result
     }
-}
-
-fn weld_all(asset: &Asset) -> Result<Vec<Geometry>> {
-    let meshes = 0..asset.count("meshes");
-    let read: Vec<Option<Geometry>> =
-        meshes.into_par_iter().map(|mesh| Geometry::read(asset, mesh)).collect::<Result<_>>()?;
-    let geometries: Vec<Geometry> = read.into_iter().flatten().collect();
-    if geometries.is_empty() {
-        return Err(Error::invalid("/meshes", "there is not a single triangle to simplify"));
-    }
-    Ok(geometries)
-}
-
-/// The levels of each mesh, the meshes in parallel.
-fn simplify_all(
-    geometries: &[Geometry],
-    options: &BakeOptions,
-    progress: &Progress,
-) -> Result<Vec<Vec<Level>>> {
-    let total = triangle_count(geometries);
-    let shares = options.targets.shares(total);
-    let least = shares.last().copied().unwrap_or(1.0);
-    let to_remove = total - (total as f64 * least) as usize;
-    let settings = attr::Options { max_error: options.max_error, ..attr::Options::default() };
-    progress.stage("simplify", to_remove, |removed| {
-        geometries
-            .par_iter()
-            .map(|geometry| {
-                let targets = targets(geometry, &shares);
-                simplify_chain(&geometry.welded.mesh, &targets, &settings, removed)
-                    .map_err(|error| Error::Internal { what: error.to_string() })
-            })
-            .collect()
-    })
-}
-
-/// The triangles each level of a mesh is to have.
-fn targets(geometry: &Geometry, shares: &[f64]) -> Vec<usize> {
-    let own = geometry.welded.mesh.triangles.len() as f64;
-    shares.iter().map(|share| ((own * share).round() as usize).max(1)).collect()
-}
-
-fn triangle_count(geometries: &[Geometry]) -> usize {
-    geometries.iter().map(|geometry| geometry.welded.mesh.triangles.len()).sum()
 }
 
 /// What became of each image, if they are to be repaired.

@@ -10,6 +10,7 @@ use seamwise::evaluate;
 use seamwise::evaluate::scene::Mode;
 use seamwise::options::{BakeOptions, ReportOptions, Targets, Textures};
 use seamwise::repair::{Background, MeshOptions, RepairOptions};
+use seamwise_attr::Polish;
 use seamwise_texture::Role;
 
 /// Levels of detail for textured glTF that still look like the original, and atlases that do not
@@ -67,6 +68,9 @@ pub(crate) struct BakeArgs {
     /// Stop before an error above this, in the units of the file.
     #[arg(long, value_name = "E")]
     max_error: Option<f64>,
+    /// Leave the levels as the descent left them, which is faster and less like the source.
+    #[arg(long)]
+    no_polish: bool,
     /// What becomes of the textures.
     #[arg(long, value_enum, default_value_t = TextureMode::Repair)]
     textures: TextureMode,
@@ -131,6 +135,7 @@ impl BakeArgs {
                 _ => Targets::halves(self.levels.into()),
             },
             max_error: self.max_error,
+            polish: (!self.no_polish).then(Polish::default),
             textures: match self.textures {
                 TextureMode::Repair => Textures::Repair,
                 TextureMode::Keep => Textures::Keep,

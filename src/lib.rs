@@ -4,7 +4,7 @@
 //! An asset flows one way, each stage taking values and giving values:
 //!
 //! ```text
-//! path → read → Asset → weld → Mesh → chain → [Level] → textures → write → .glb → evaluate → Report
+//! path → read → Asset → weld → Mesh → chain → [Level] → polish → textures → write → .glb → evaluate → Report
 //! ```
 //!
 //! - [`read`](mod@read) brings a .gltf or .glb into memory. The document stays whole, so what no stage changes
@@ -12,7 +12,7 @@
 //! - [`geometry`] welds all triangle primitives of a mesh to one surface of points and wedges;
 //!   [`parts`] turns its levels back into primitives.
 //! - `seamwise_attr` simplifies that surface by a generalized quadric, with attributes in wedges,
-//!   and emits every level from one descent.
+//!   emits every level from one descent, and polishes each: fits it to the source by least squares.
 //! - [`atlas`] finds the texels that no chart covers, and `seamwise_texture` fills them.
 //! - [`levels`] puts levels into documents, [`write`](mod@write) documents into files.
 //! - [`repair`](mod@repair) fills the atlases of a file and leaves the rest as it is.
@@ -37,6 +37,7 @@ pub mod asset;
 pub mod atlas;
 pub mod bake;
 pub mod certificate;
+mod chains;
 pub mod error;
 pub mod evaluate;
 pub mod geometry;

@@ -1,5 +1,7 @@
 //! What the user asked for, resolved and checked.
 
+use seamwise_attr::Polish;
+
 use crate::certificate::Screen;
 use crate::error::{Error, Result};
 use crate::evaluate;
@@ -11,6 +13,8 @@ pub struct BakeOptions {
     pub targets: Targets,
     /// No collapse may have an error above this, in the units of the file.
     pub max_error: Option<f64>,
+    /// How the levels are fitted to the source after the descent, if they are.
+    pub polish: Option<Polish>,
     /// What becomes of the textures.
     pub textures: Textures,
     /// How the levels are evaluated, if they are; for the pixel tolerance of `screen`.
@@ -41,6 +45,7 @@ impl Default for BakeOptions {
         Self {
             targets: Targets::default(),
             max_error: None,
+            polish: Some(Polish::default()),
             textures: Textures::Repair,
             evaluate: Some(evaluate::Options::default()),
             screen: Screen::default(),

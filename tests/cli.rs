@@ -95,6 +95,7 @@ fn the_options_of_the_design_are_there() {
         "--ratios",
         "--triangles",
         "--max-error",
+        "--no-polish",
         "--textures",
         "--no-evaluate",
         "--report",
@@ -188,6 +189,23 @@ fn without_evaluation_there_are_no_metrics() {
     assert_eq!(report["levels"].as_array().map(Vec::len), Some(2));
     assert_eq!(report["levels"][0]["metrics"], Value::Null);
     assert_eq!(report["seconds"]["evaluate"].as_f64().map(|s| s < 0.01), Some(true));
+}
+
+#[test]
+fn a_polished_level_is_nearer_than_one_that_is_not() {
+    let stage = Stage::new();
+    stage.put("a.glb", &sphere());
+    let ran = |out: &str, more: &[&str]| {
+        let run = stage.run(&[&["bake", "a.glb", "-o", out, "--levels", "2"], more].concat());
+        assert_eq!(run.code, 0, "{run:?}");
+        let report = json_file(&stage.path(&format!("{out}/a.json")));
+        let distance = report["levels"][1]["metrics"]["distance_rms"].as_f64();
+        (distance.expect("a distance"), report["seconds"]["polish"].as_f64().expect("a time"))
+    };
+    let (polished, seconds) = ran("polished", &[]);
+    let (plain, none) = ran("plain", &["--no-polish"]);
+    assert!(polished < 0.95 * plain, "{polished} of {plain}");
+    assert!(seconds > 0.0 && none == 0.0);
 }
 
 #[test]

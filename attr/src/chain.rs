@@ -1,10 +1,11 @@
 //! Levels of detail from one descent: a level each time a target is passed.
 
-use std::sync::atomic::AtomicUsize;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::error::{Error, Result};
 use crate::id::{PointId, WedgeId};
 use crate::mesh::Mesh;
+use crate::polish::{Polish, Sampled, polish};
 use crate::quadric::MAX_ATTRIBUTES;
 use crate::simplify::{Descent, Options, Stop};
 
@@ -69,6 +70,29 @@ fn check(mesh: &Mesh, targets: &[usize], options: &Options) -> Result<()> {
     let w = options.weights;
     if [w.uv, w.normal, w.color, w.border, w.seam].iter().any(|w| !w.is_finite() || *w < 0.0) {
         return Err(Error::Options { what: "weights must be finite and not negative".into() });
+    }
+    Ok(())
+}
+
+/// Fits each level to `mesh`, which it was made from: see [`Polish`]. One that has lost no triangle
+/// stays as it is. `done` counts levels as they go, for a progress bar.
+///
+/// # Errors
+/// [`Error::Options`] if a figure of `options` is negative or not finite.
+pub fn polish_chain(
+    mesh: &Mesh,
+    levels: &mut [Level],
+    options: &Polish,
+    done: &AtomicUsize,
+) -> Result<()> {
+    options.check()?;
+    let (source, range) = (Sampled::new(mesh), color_range(mesh));
+    for level in levels {
+        if level.mesh.triangles.len() < mesh.triangles.len() {
+            polish(&source, &mut level.mesh, options);
+            finish_attributes(&mut level.mesh, &range);
+        }
+        done.fetch_add(1, Ordering::Relaxed);
     }
     Ok(())
 }

@@ -3,7 +3,7 @@
 //!
 //! The way down: [`weld`] turns a file's vertices into points and wedges; [`simplify_chain`]
 //! descends once by collapses in the order of the generalized quadric's cost and emits a [`Level`]
-//! each time a target is passed.
+//! each time a target is passed; [`polish_chain`] fits each level to the mesh it was made from.
 //!
 //! # The generalized quadric
 //!
@@ -24,9 +24,11 @@ mod id;
 mod marks;
 mod mesh;
 mod metric;
+mod polish;
 mod quadric;
 mod queue;
 mod ray;
+mod sample;
 mod shape;
 mod simplify;
 mod solve;
@@ -38,15 +40,17 @@ mod topology;
 mod triangle;
 mod weld;
 
-pub use chain::{Level, simplify_chain};
+pub use chain::{Level, polish_chain, simplify_chain};
 pub use edges::Census;
 pub use error::{Error, Result};
 pub use id::{CornerId, PointId, TriangleId, WedgeId};
 pub use mesh::{Layout, Mesh};
 pub use metric::Weights;
+pub use polish::Polish;
 pub use quadric::{Gradient, PointQuadric};
+pub use sample::{Sample, sample_surface};
 pub use simplify::{Options, Stop};
 pub use surface::{Foot, Hit, Nearest, Surface};
 pub use tangent::{TangentInput, compute_tangents};
-pub use triangle::closest_on_triangle;
+pub use triangle::{area_vector, closest_on_triangle};
 pub use weld::{Vertices, Welded, weld};

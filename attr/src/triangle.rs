@@ -1,4 +1,4 @@
-//! The point of a triangle nearest to a point, in f64.
+//! A triangle's area, and its point nearest to a point, in f64.
 //!
 //! Corners are f32, so their differences are exact in f64 or nearly so, and a computed distance is
 //! off by about 1e-16 of the distance to the farthest corner.
@@ -12,6 +12,12 @@ use glam::{DVec3, Vec3};
 /// Below this sine of the angle between two edges the triangle counts as a line: the rounding of
 /// its normal is then 1e-4 of it.
 const LINE_SINE: f64 = 1e-12;
+
+/// Twice a triangle's area times its unit normal.
+pub fn area_vector(corners: [Vec3; 3]) -> DVec3 {
+    let [a, b, c] = corners.map(Vec3::as_dvec3);
+    (b - a).cross(c - a)
+}
 
 /// The point of a triangle nearest to `p`: its barycentrics (one per corner, at least 0, sum 1),
 /// itself, and its squared distance to `p`.

@@ -18,11 +18,10 @@
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
-use seamwise_attr::{Foot, Surface, TriangleId};
+use seamwise_attr::{Foot, Sample, Surface, TriangleId, area_vector, sample_surface};
 
 use super::farthest::{Target, farthest};
-use super::sample::{Sample, sample_surface};
-use super::volume::{area_vector, bounding_diagonal};
+use super::volume::bounding_diagonal;
 
 /// How much farther than the nearest point one on the same side may be, over the diagonal.
 ///
@@ -95,7 +94,7 @@ impl<'a> SampledSurface<'a> {
     }
 
     fn normal(&self, triangle: TriangleId) -> DVec3 {
-        area_vector(self.positions, self.triangles[triangle])
+        area_vector(self.triangles[triangle].map(|p| self.positions[p as usize]))
     }
 
     /// One per triangle: the triangle of `other` with the same corners in the same turn, and how far

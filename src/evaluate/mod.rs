@@ -16,7 +16,6 @@ pub mod luminance;
 mod metrics;
 mod raster;
 pub mod render;
-pub mod sample;
 pub mod scene;
 mod seams;
 mod shade;

@@ -10,6 +10,7 @@
 
 use glam::{DVec3, Vec3};
 use rustc_hash::FxHashMap;
+use seamwise_attr::area_vector;
 
 /// A surface's measures. Indices of `triangles` must be in range, for every function here.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -48,12 +49,6 @@ pub fn bounding_diagonal(positions: &[Vec3], triangles: &[[u32; 3]]) -> f64 {
         .map_or(0.0, |[min, max]| max.as_dvec3().distance(min.as_dvec3()))
 }
 
-/// Twice a triangle's area times its unit normal.
-pub(crate) fn area_vector(positions: &[Vec3], triangle: [u32; 3]) -> DVec3 {
-    let [a, b, c] = triangle.map(|p| positions[p as usize].as_dvec3());
-    (b - a).cross(c - a)
-}
-
 /// Volume, area and diagonal.
 pub fn measure(positions: &[Vec3], triangles: &[[u32; 3]]) -> Measures {
     let Some([min, max]) = bounding_box(positions, triangles) else { return Measures::default() };
@@ -64,7 +59,7 @@ pub fn measure(positions: &[Vec3], triangles: &[[u32; 3]]) -> Measures {
     for &triangle in triangles {
         let [a, b, c] = triangle.map(|p| positions[p as usize].as_dvec3() - middle);
         volume += a.dot(b.cross(c));
-        let own = area_vector(positions, triangle);
+        let own = area_vector(triangle.map(|p| positions[p as usize]));
         area += own.length();
         vector += own;
         moment += (a + b + c) * (own.length() / 3.0);
@@ -86,7 +81,7 @@ pub fn check_soundness(positions: &[Vec3], triangles: &[[u32; 3]]) -> Soundness 
     for &triangle in triangles {
         let [a, b, c] = triangle.map(|p| points[p as usize]);
         let is_collapsed = a == b || b == c || c == a;
-        if is_collapsed || area_vector(positions, triangle) == DVec3::ZERO {
+        if is_collapsed || area_vector(triangle.map(|p| positions[p as usize])) == DVec3::ZERO {
             soundness.degenerate_triangles += 1;
         }
         if !is_collapsed {

@@ -123,8 +123,9 @@ impl BakeReport {
         }
         let s = &self.seconds;
         text += &format!(
-            "read {:.2} s, weld {:.2} s, simplify {:.2} s, repair {:.2} s, write {:.2} s, evaluate {:.2} s",
-            s.read, s.weld, s.simplify, s.repair, s.write, s.evaluate
+            "read {:.2} s, weld {:.2} s, simplify {:.2} s, polish {:.2} s, repair {:.2} s, \
+             write {:.2} s, evaluate {:.2} s",
+            s.read, s.weld, s.simplify, s.polish, s.repair, s.write, s.evaluate
         );
         if let Some(bytes) = self.peak_memory_bytes {
             text += &format!("; peak memory {:.0} MB", bytes as f64 / 1e6);

@@ -11,9 +11,9 @@
 //! and the triangle's index.
 
 use glam::{DVec3, Vec3};
-use seamwise_attr::TriangleId;
 
-use super::volume::area_vector;
+use crate::id::TriangleId;
+use crate::triangle::area_vector;
 
 /// A point of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,7 +35,7 @@ pub fn sample_surface(
     count: usize,
     seed: u64,
 ) -> Vec<Sample> {
-    let areas = triangles.iter().map(|&t| area_vector(positions, t).length());
+    let areas = triangles.iter().map(|&t| area_vector(t.map(|p| positions[p as usize])).length());
     let total: f64 = areas.clone().sum();
     if total <= 0.0 || !total.is_finite() {
         return Vec::new();

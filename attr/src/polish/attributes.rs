@@ -1,0 +1,141 @@
+//! Attributes fitted to what the source has at the nearest points.
+
+use glam::DVec2;
+use rayon::prelude::*;
+
+use super::pairs::{ByTriangle, Sampled};
+use super::system::{Element, Graph, System};
+use crate::id::TriangleId;
+use crate::mesh::Mesh;
+use crate::sample::Sample;
+use crate::shape::folds;
+
+const ITERATIONS: usize = 30;
+const TOLERANCE: f64 = 1e-3;
+
+/// Two points that belong together.
+#[derive(Clone, Copy, Debug)]
+struct Match {
+    source: Sample,
+    level: Sample,
+}
+
+/// Fits every wedge's row.
+pub(super) fn fit(source: &Sampled<'_>, samples: &[Sample], level: &mut Mesh, damping: f64) {
+    let attributes = level.layout.len();
+    if attributes == 0 {
+        return;
+    }
+    let sampled = Sampled::new(level);
+    let groups = |a: TriangleId, b: TriangleId| source.mesh.groups[a] == level.groups[b];
+    let there = source.pair(samples, &sampled, groups);
+    let groups = |a: TriangleId, b: TriangleId| level.groups[a] == source.mesh.groups[b];
+    let back = sampled.pair(&sampled.sample(samples.len()), source, groups);
+    let there = there.iter().map(|pair| Match { source: pair.sample, level: pair.foot });
+    let back = back.iter().map(|pair| Match { source: pair.foot, level: pair.sample });
+    let mut pairs: Vec<Match> = there.chain(back).collect();
+    pairs.retain(|pair| in_same_chart(source.mesh, level, pair));
+    let graph = Graph::new(
+        level.triangles.iter().map(|wedges| wedges.map(|w| w.0)).collect(),
+        level.wedge_points.len(),
+    );
+    let by_triangle =
+        ByTriangle::new(pairs.iter().map(|pair| pair.level.triangle), level.triangles.len());
+    let triangles = 0..level.triangles.len();
+    let elements: Vec<Element<f64>> = triangles
+        .clone()
+        .into_par_iter()
+        .map(|t| element(by_triangle.on(t).map(|at| &pairs[at])))
+        .collect();
+    let damping = damping * pairs.len() as f64 / level.wedge_points.len() as f64;
+    let system = System::new(&graph, &elements, damping);
+    let free = vec![true; level.wedge_points.len()];
+    let steps: Vec<Vec<f64>> = (0..attributes)
+        .map(|attribute| {
+            let right: Vec<[f64; 3]> = triangles
+                .clone()
+                .into_par_iter()
+                .map(|t| {
+                    let mut right = [0.0; 3];
+                    for pair in by_triangle.on(t).map(|at| &pairs[at]) {
+                        let off = value(source.mesh, &pair.source, attribute)
+                            - value(level, &pair.level, attribute);
+                        (0..3).for_each(|k| right[k] += pair.level.barycentrics[k] * off);
+                    }
+                    right
+                })
+                .collect();
+            system.solve(&graph.sum_corners(&right), &free, ITERATIONS, TOLERANCE)
+        })
+        .collect();
+    let before = level.attributes.clone();
+    for (wedge, row) in level.attributes.chunks_exact_mut(attributes).enumerate() {
+        for (x, step) in row.iter_mut().zip(&steps) {
+            *x = (f64::from(*x) + step[wedge]) as f32;
+        }
+    }
+    (0..level.layout.uv_sets).for_each(|set| unfold(level, &before, set));
+}
+
+/// An attribute at a point of a mesh.
+fn value(mesh: &Mesh, sample: &Sample, attribute: usize) -> f64 {
+    let wedges = mesh.triangles[sample.triangle];
+    (0..3)
+        .map(|slot| f64::from(mesh.row(wedges[slot])[attribute]) * sample.barycentrics[slot])
+        .sum()
+}
+
+fn uv(mesh: &Mesh, sample: &Sample, set: usize) -> DVec2 {
+    let at = mesh.layout.uv(set);
+    DVec2::new(value(mesh, sample, at), value(mesh, sample, at + 1))
+}
+
+/// Whether the UVs of a pair are nearer than half a triangle of the level: farther apart, they lie
+/// in two charts.
+fn in_same_chart(source: &Mesh, level: &Mesh, pair: &Match) -> bool {
+    (0..level.layout.uv_sets).all(|set| {
+        let off = uv(source, &pair.source, set).distance(uv(level, &pair.level, set));
+        let [a, b, c] = level.triangles[pair.level.triangle].map(|w| level.uv(w, set).as_dvec2());
+        off <= 0.5 * a.distance(b).max(b.distance(c)).max(c.distance(a))
+    })
+}
+
+fn element<'a>(pairs: impl Iterator<Item = &'a Match>) -> Element<f64> {
+    let mut element = Element::default();
+    for pair in pairs {
+        let b = pair.level.barycentrics;
+        for slot in 0..3 {
+            element.corners[slot] += b[slot] * b[slot];
+            element.edges[slot] += b[slot] * b[(slot + 1) % 3];
+        }
+    }
+    element
+}
+
+/// Puts the UVs back of every triangle that would turn over.
+fn unfold(level: &mut Mesh, before: &[f32], set: usize) {
+    let (len, at) = (level.layout.len(), level.layout.uv(set));
+    let old = |wedge: u32| {
+        DVec2::new(
+            f64::from(before[wedge as usize * len + at]),
+            f64::from(before[wedge as usize * len + at + 1]),
+        )
+    };
+    loop {
+        let is_bad = |&t: &usize| {
+            let wedges = level.triangles[t];
+            let (was, is) = (wedges.map(|w| old(w.0)), wedges.map(|w| level.uv(w, set).as_dvec2()));
+            was != is && folds(was, is)
+        };
+        let bad: Vec<usize> = (0..level.triangles.len()).into_par_iter().filter(is_bad).collect();
+        if bad.is_empty() {
+            return;
+        }
+        for triangle in bad {
+            for wedge in level.triangles[triangle] {
+                let row = wedge.index() * len + at;
+                level.attributes[row..row + 2].copy_from_slice(&before[row..row + 2]);
+            }
+        }
+    }
+}

@@ -1,0 +1,90 @@
+//! Levels fitted to their source, connectivity as it is.
+//!
+//! A greedy descent leaves every vertex where its last collapse put it. Here positions, then
+//! attributes, are fitted to the source by least squares over samples of both surfaces (the position
+//! half of Hoppe et al., "Mesh optimization", SIGGRAPH 1993, with point-to-plane distances as in
+//! Chen & Medioni, "Object modelling by registration of multiple range images", 1992):
+//!
+//! ```text
+//! min Σ (n·(Σ_k b_k p_k − s))² + λ Σ |p − p_before|²        Σ (Σ_k b_k a_k − a(s))² + λ Σ |a − a_before|²
+//! ```
+//!
+//! over samples s of the source, with the nearest point of the level at barycentrics b, and the
+//! other way round. n is the normal of the face that was found, so a sample may slide along it.
+//!
+//! Guaranteed: no triangle turns by more than 75°, gets thinner than the descent allows or changes
+//! the sign of its UV area; points of borders and of edges with more than two triangles stay; the
+//! same bits at any thread count. Not guaranteed: that each single distance falls.
+
+mod attributes;
+mod pairs;
+mod positions;
+mod system;
+#[cfg(test)]
+mod tests;
+
+use crate::error::{Error, Result};
+use crate::mesh::Mesh;
+pub(crate) use pairs::Sampled;
+
+/// How a level is fitted.
+///
+/// Lab note (`cargo bench --bench quality -- --alone --views 6 --resolution 256 --samples 30000`):
+/// RMS sRGB luminance, RMS distance and RMS color over those of levels without a fit, geometric mean
+/// over four levels each of a scanned box, a pan, a gelatin box, a racquet, a helmet and a ship:
+///
+/// | | luminance | distance | color |
+/// |---|---|---|---|
+/// | 1 round | 0.930 | 0.808 | 0.95 |
+/// | **3 rounds** | 0.927 | 0.767 | 1.00 |
+/// | 5 rounds | 0.928 | 0.756 | 1.02 |
+/// | density 8 | 0.946 | 0.777 | |
+/// | damping 0.005 | 0.920 | 0.751 | 1.02 |
+/// | damping 0.1 | 0.930 | 0.797 | 0.94 |
+/// | attribute damping 0.1 | 0.931 | 0.767 | 1.08 |
+/// | attribute damping 0.0001 | 0.927 | 0.767 | 1.00 |
+/// | attributes left alone | 1.091 | | 2.35 |
+///
+/// More damping across a point's normal than along it (0.1 and 0.005) gives 0.940, 0.794 and 0.95.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Polish {
+    /// How often samples are paired anew and positions solved for.
+    pub rounds: usize,
+    /// Samples on either surface for each triangle of the level.
+    pub density: f64,
+    /// What holds a point where it was, in shares of the samples that a point has on average.
+    pub damping: f64,
+    /// What holds a wedge's attributes as they were, in shares of the samples of a wedge.
+    pub attribute_damping: f64,
+}
+
+impl Default for Polish {
+    fn default() -> Self {
+        Self { rounds: 3, density: 20.0, damping: 0.02, attribute_damping: 0.005 }
+    }
+}
+
+impl Polish {
+    pub(crate) fn check(&self) -> Result<()> {
+        let figures = [self.density, self.damping, self.attribute_damping];
+        if figures.iter().any(|x| !x.is_finite() || *x < 0.0) {
+            let what = "the figures of the polish must be finite and not negative".into();
+            return Err(Error::Options { what });
+        }
+        Ok(())
+    }
+}
+
+/// Fits the positions and attributes of `level` to `source`, in the same units and layout.
+pub(crate) fn polish(source: &Sampled<'_>, level: &mut Mesh, options: &Polish) {
+    let count = (options.density * level.triangles.len() as f64).ceil() as usize;
+    let samples = source.sample(count);
+    if samples.is_empty() {
+        return;
+    }
+    let descended = level.positions.clone();
+    for _ in 0..options.rounds {
+        positions::fit(source, &samples, level, &descended, options.damping);
+    }
+    attributes::fit(source, &samples, level, options.attribute_damping);
+}

@@ -1,0 +1,370 @@
+//! Symmetric positive definite systems over the vertices of a triangle mesh: a block for each vertex
+//! and each edge, solved by conjugate gradients (Hestenes & Stiefel, "Methods of conjugate gradients
+//! for solving linear systems", 1952) with the diagonal blocks as preconditioner.
+//!
+//! Guarantee: the same bits at any thread count. Rows are summed in the order of the triangles, dot
+//! products in fixed chunks.
+
+use std::ops::{Add, AddAssign, Mul, Sub};
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Rows that one task works on, and terms that a dot product sums at a time.
+const CHUNK: usize = 2048;
+
+/// What is unknown at a vertex.
+pub(super) trait Unknown:
+    Copy
+    + Default
+    + Send
+    + Sync
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<f64, Output = Self>
+    + AddAssign
+{
+    fn dot(self, other: Self) -> f64;
+}
+
+impl Unknown for f64 {
+    fn dot(self, other: Self) -> f64 {
+        self * other
+    }
+}
+
+impl Unknown for DVec3 {
+    fn dot(self, other: Self) -> f64 {
+        self.dot(other)
+    }
+}
+
+/// How two vertices, or one with itself, are coupled.
+pub(super) trait Block: Copy + Default + Send + Sync + AddAssign {
+    type Vector: Unknown;
+    /// Plus `by` times the identity.
+    fn damped(self, by: f64) -> Self;
+    fn apply(&self, v: Self::Vector) -> Self::Vector;
+    /// The vector that this block maps to `v`; zero if there is none.
+    fn solve(&self, v: Self::Vector) -> Self::Vector;
+}
+
+impl Block for f64 {
+    type Vector = Self;
+
+    fn damped(self, by: f64) -> Self {
+        self + by
+    }
+
+    fn apply(&self, v: Self) -> Self {
+        self * v
+    }
+
+    fn solve(&self, v: Self) -> Self {
+        if *self > 0.0 { v / self } else { 0.0 }
+    }
+}
+
+/// A symmetric 3 × 3 matrix: xx, xy, xz, yy, yz, zz.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Symmetric(pub(super) [f64; 6]);
+
+impl Symmetric {
+    /// `weight` times n nᵀ.
+    pub(super) fn outer(n: DVec3, weight: f64) -> Self {
+        let w = n * weight;
+        Self([w.x * n.x, w.x * n.y, w.x * n.z, w.y * n.y, w.y * n.z, w.z * n.z])
+    }
+}
+
+impl AddAssign for Symmetric {
+    fn add_assign(&mut self, other: Self) {
+        for (mine, theirs) in self.0.iter_mut().zip(other.0) {
+            *mine += theirs;
+        }
+    }
+}
+
+impl Block for Symmetric {
+    type Vector = DVec3;
+
+    fn damped(mut self, by: f64) -> Self {
+        [0, 3, 5].into_iter().for_each(|at| self.0[at] += by);
+        self
+    }
+
+    fn apply(&self, v: DVec3) -> DVec3 {
+        let [xx, xy, xz, yy, yz, zz] = self.0;
+        DVec3::new(
+            xx * v.x + xy * v.y + xz * v.z,
+            xy * v.x + yy * v.y + yz * v.z,
+            xz * v.x + yz * v.y + zz * v.z,
+        )
+    }
+
+    fn solve(&self, v: DVec3) -> DVec3 {
+        let [xx, xy, xz, yy, yz, zz] = self.0;
+        let rows = [DVec3::new(xx, xy, xz), DVec3::new(xy, yy, yz), DVec3::new(xz, yz, zz)];
+        let cofactors = [rows[1].cross(rows[2]), rows[2].cross(rows[0]), rows[0].cross(rows[1])];
+        let determinant = rows[0].dot(cofactors[0]);
+        if determinant <= 0.0 {
+            return DVec3::ZERO;
+        }
+        (cofactors[0] * v.x + cofactors[1] * v.y + cofactors[2] * v.z) / determinant
+    }
+}
+
+/// Which vertices a mesh joins, and which corners lie at each.
+pub(super) struct Graph {
+    /// Three vertices per triangle.
+    triangles: Vec<[u32; 3]>,
+    corner_starts: Vec<u32>,
+    corners: Vec<u32>,
+    neighbor_starts: Vec<u32>,
+    neighbors: Vec<u32>,
+}
+
+impl Graph {
+    pub(super) fn new(triangles: Vec<[u32; 3]>, vertices: usize) -> Self {
+        let mut corner_starts = vec![0u32; vertices + 1];
+        for &vertex in triangles.as_flattened() {
+            corner_starts[vertex as usize + 1] += 1;
+        }
+        for vertex in 0..vertices {
+            corner_starts[vertex + 1] += corner_starts[vertex];
+        }
+        let mut fill = corner_starts.clone();
+        let mut corners = vec![0u32; triangles.len() * 3];
+        for (corner, &vertex) in triangles.as_flattened().iter().enumerate() {
+            corners[fill[vertex as usize] as usize] = corner as u32;
+            fill[vertex as usize] += 1;
+        }
+        let mut graph = Self {
+            triangles,
+            corner_starts,
+            corners,
+            neighbor_starts: vec![0],
+            neighbors: Vec::new(),
+        };
+        let mut own = Vec::new();
+        for vertex in 0..vertices {
+            own.clear();
+            for &corner in graph.corners(vertex) {
+                let (triangle, slot) = (corner as usize / 3, corner as usize % 3);
+                let triangle = graph.triangles[triangle];
+                own.extend([triangle[(slot + 1) % 3], triangle[(slot + 2) % 3]]);
+            }
+            own.sort_unstable();
+            own.dedup();
+            graph.neighbors.extend_from_slice(&own);
+            graph.neighbor_starts.push(graph.neighbors.len() as u32);
+        }
+        graph
+    }
+
+    fn vertices(&self) -> usize {
+        self.neighbor_starts.len() - 1
+    }
+
+    fn corners(&self, vertex: usize) -> &[u32] {
+        &self.corners[self.corner_starts[vertex] as usize..self.corner_starts[vertex + 1] as usize]
+    }
+
+    fn neighbors(&self, vertex: usize) -> std::ops::Range<usize> {
+        self.neighbor_starts[vertex] as usize..self.neighbor_starts[vertex + 1] as usize
+    }
+
+    /// For each vertex the sum over its corners.
+    pub(super) fn sum_corners<V: Unknown>(&self, corners: &[[V; 3]]) -> Vec<V> {
+        (0..self.vertices())
+            .into_par_iter()
+            .with_min_len(CHUNK)
+            .map(|vertex| {
+                let mut sum = V::default();
+                self.corners(vertex)
+                    .iter()
+                    .for_each(|&c| sum += corners.as_flattened()[c as usize]);
+                sum
+            })
+            .collect()
+    }
+}
+
+/// What a triangle adds to the matrix: at its corners, then at its edges 01, 12 and 20.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Element<B> {
+    pub(super) corners: [B; 3],
+    pub(super) edges: [B; 3],
+}
+
+/// A matrix over a mesh.
+pub(super) struct System<'a, B> {
+    graph: &'a Graph,
+    diagonal: Vec<B>,
+    /// One per neighbor of each vertex.
+    off: Vec<B>,
+}
+
+impl<'a, B: Block> System<'a, B> {
+    /// Sums the elements, one per triangle, plus `damping` on the diagonal.
+    pub(super) fn new(graph: &'a Graph, elements: &[Element<B>], damping: f64) -> Self {
+        let rows: Vec<(B, Vec<B>)> = (0..graph.vertices())
+            .into_par_iter()
+            .with_min_len(CHUNK)
+            .map(|vertex| row(graph, elements, damping, vertex))
+            .collect();
+        let mut system = Self { graph, diagonal: Vec::with_capacity(rows.len()), off: Vec::new() };
+        system.off.reserve(graph.neighbors.len());
+        for (diagonal, off) in rows {
+            system.diagonal.push(diagonal);
+            system.off.extend(off);
+        }
+        system
+    }
+
+    fn apply(&self, v: &[B::Vector]) -> Vec<B::Vector> {
+        (0..self.diagonal.len())
+            .into_par_iter()
+            .with_min_len(CHUNK)
+            .map(|vertex| {
+                let mut sum = self.diagonal[vertex].apply(v[vertex]);
+                for at in self.graph.neighbors(vertex) {
+                    sum += self.off[at].apply(v[self.graph.neighbors[at] as usize]);
+                }
+                sum
+            })
+            .collect()
+    }
+
+    /// The solution for the right-hand side `right`, started from zero, in at most `iterations`
+    /// steps, or until the residual has shrunk to `tolerance` of what it was. Zero where `free` is
+    /// not set.
+    pub(super) fn solve(
+        &self,
+        right: &[B::Vector],
+        free: &[bool],
+        iterations: usize,
+        tolerance: f64,
+    ) -> Vec<B::Vector> {
+        let mask = |v: &mut Vec<B::Vector>| {
+            v.iter_mut()
+                .zip(free)
+                .filter(|(_, free)| !**free)
+                .for_each(|(v, _)| *v = B::Vector::default());
+        };
+        let precondition = |r: &[B::Vector]| -> Vec<B::Vector> {
+            r.iter().zip(&self.diagonal).map(|(r, block)| block.solve(*r)).collect()
+        };
+        let mut solution = vec![B::Vector::default(); right.len()];
+        let mut residual = right.to_vec();
+        mask(&mut residual);
+        let mut step = precondition(&residual);
+        let mut square = dot(&residual, &step);
+        let enough = square * tolerance * tolerance;
+        for _ in 0..iterations {
+            if square <= enough || !square.is_finite() {
+                break;
+            }
+            let mut image = self.apply(&step);
+            mask(&mut image);
+            let length = square / dot(&step, &image);
+            if !length.is_finite() {
+                break;
+            }
+            for ((x, r), (d, q)) in
+                solution.iter_mut().zip(&mut residual).zip(step.iter().zip(&image))
+            {
+                *x += *d * length;
+                *r = *r - *q * length;
+            }
+            let next = precondition(&residual);
+            let next_square = dot(&residual, &next);
+            let turn = next_square / square;
+            step.iter_mut().zip(&next).for_each(|(d, z)| *d = *z + *d * turn);
+            square = next_square;
+        }
+        solution
+    }
+}
+
+fn row<B: Block>(
+    graph: &Graph,
+    elements: &[Element<B>],
+    damping: f64,
+    vertex: usize,
+) -> (B, Vec<B>) {
+    let neighbors = &graph.neighbors[graph.neighbors(vertex)];
+    let (mut diagonal, mut off) =
+        (B::default().damped(damping), vec![B::default(); neighbors.len()]);
+    for &corner in graph.corners(vertex) {
+        let (triangle, slot) = (corner as usize / 3, corner as usize % 3);
+        let element = &elements[triangle];
+        diagonal += element.corners[slot];
+        for (other, edge) in [((slot + 1) % 3, slot), ((slot + 2) % 3, (slot + 2) % 3)] {
+            let other = graph.triangles[triangle][other];
+            if let Ok(at) = neighbors.binary_search(&other) {
+                off[at] += element.edges[edge];
+            }
+        }
+    }
+    (diagonal, off)
+}
+
+fn dot<V: Unknown>(a: &[V], b: &[V]) -> f64 {
+    let chunks = a.par_chunks(CHUNK).zip(b.par_chunks(CHUNK));
+    let sums: Vec<f64> =
+        chunks.map(|(a, b)| a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum()).collect();
+    sums.into_iter().sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A fan of three triangles around vertex 0.
+    fn fan() -> Graph {
+        Graph::new(vec![[0, 1, 2], [0, 2, 3], [0, 3, 1]], 4)
+    }
+
+    fn element(seed: f64) -> Element<Symmetric> {
+        let mut element = Element::default();
+        for sample in 0..9 {
+            let t = f64::from(sample) * 0.7 + seed;
+            let (n, b) = (
+                DVec3::new(t.sin(), (2.0 * t).cos(), (t * 1.7).sin()).normalize(),
+                DVec3::new(0.2 + 0.1 * t.cos(), 0.3, 0.5 - 0.1 * t.cos()),
+            );
+            for slot in 0..3 {
+                element.corners[slot] += Symmetric::outer(n, b[slot] * b[slot]);
+                element.edges[slot] += Symmetric::outer(n, b[slot] * b[(slot + 1) % 3]);
+            }
+        }
+        element
+    }
+
+    #[test]
+    fn the_solution_solves_and_held_vertices_stay() {
+        let graph = fan();
+        let elements = [element(0.0), element(1.0), element(2.0)];
+        let system = System::new(&graph, &elements, 0.1);
+        let right: Vec<DVec3> = (0..4).map(|i| DVec3::new(f64::from(i), 1.0, -0.5)).collect();
+        let x = system.solve(&right, &[true; 4], 100, 1e-12);
+        for (image, right) in system.apply(&x).iter().zip(&right) {
+            assert!((*image - *right).length() < 1e-9);
+        }
+        let x = system.solve(&right, &[true, false, true, true], 100, 1e-12);
+        assert_eq!(x[1], DVec3::ZERO);
+        let image = system.apply(&x);
+        assert!([0, 2, 3].iter().all(|&i| (image[i] - right[i]).length() < 1e-9));
+    }
+
+    #[test]
+    fn a_block_undoes_itself() {
+        let mut block = Symmetric::outer(DVec3::new(0.6, 0.8, 0.0), 2.0);
+        block += Symmetric::outer(DVec3::new(0.0, 0.6, -0.8), 3.0);
+        let block = block.damped(0.5);
+        let v = DVec3::new(1.0, -2.0, 3.0);
+        assert!((block.solve(block.apply(v)) - v).length() < 1e-12);
+        assert_eq!(Symmetric::default().solve(v), DVec3::ZERO);
+    }
+}
