@@ -11,6 +11,8 @@
 
 #[path = "common/rival.rs"]
 mod rival;
+#[path = "common/rival_levels.rs"]
+mod rival_levels;
 #[path = "common/sphere.rs"]
 mod sphere;
 
@@ -251,8 +253,11 @@ fn run(name: &str, mut subject: Subject, arguments: &Arguments, means: &mut Mean
         }
         return;
     }
-    let rivals: Vec<Vec<Level>> =
-        subject.meshes().par_iter().map(|mesh| rival::chain(mesh, &arguments.ratios)).collect();
+    let rivals: Vec<Vec<Level>> = subject
+        .meshes()
+        .par_iter()
+        .map(|mesh| rival_levels::chain(mesh, &arguments.ratios))
+        .collect();
     let counts: Vec<Vec<usize>> = rivals
         .iter()
         .map(|chain| chain.iter().map(|level| level.mesh.triangles.len().max(1)).collect())

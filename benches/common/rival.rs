@@ -4,30 +4,28 @@
 //! before. Weights: normals 0.5, UVs 1/√(mean UV area of a triangle), colors 1; no error limit.
 
 use meshopt::{SimplifyOptions, simplify_with_update};
-use seamwise_attr::{Level, Mesh, Vertices, Welded, weld};
+use seamwise_attr::Mesh;
 
-/// The rival's chain for `mesh`: a level per share of its triangles.
-pub(crate) fn chain(mesh: &Mesh, shares: &[f64]) -> Vec<Level> {
-    let mut groups: Vec<Group> = Group::split(mesh);
-    shares
-        .iter()
-        .map(|share| {
-            groups.iter_mut().for_each(|group| group.simplify(*share));
-            level(mesh, &groups)
-        })
-        .collect()
+/// The rival's calls: the groups as they are after each.
+pub(crate) fn simplify(mut groups: Vec<Group>, shares: &[f64]) -> Vec<Vec<Group>> {
+    let step = |share: &f64| {
+        groups.iter_mut().for_each(|group| group.simplify(*share));
+        groups.clone()
+    };
+    shares.iter().map(step).collect()
 }
 
 /// One primitive, its vertices being the wedges of the source.
+#[derive(Clone)]
 pub(crate) struct Group {
-    id: u32,
-    indices: Vec<u32>,
+    pub(crate) id: u32,
+    pub(crate) indices: Vec<u32>,
     triangles: usize,
-    positions: Vec<[f32; 3]>,
-    attributes: Vec<f32>,
+    pub(crate) positions: Vec<[f32; 3]>,
+    pub(crate) attributes: Vec<f32>,
     weights: Vec<f32>,
     /// One per vertex: the wedge of the source it was.
-    wedges: Vec<u32>,
+    pub(crate) wedges: Vec<u32>,
 }
 
 impl Group {
@@ -81,7 +79,7 @@ impl Group {
     }
 
     /// Goes on down to a share of the group's triangles in the source.
-    pub(crate) fn simplify(&mut self, share: f64) {
+    fn simplify(&mut self, share: f64) {
         let target = ((self.triangles as f64 * share).round() as usize).max(1) * 3;
         if self.indices.len() <= target {
             return;
@@ -101,47 +99,5 @@ impl Group {
             None,
         );
         self.indices.truncate(count);
-    }
-}
-
-/// The groups as they stand, as one level.
-fn level(source: &Mesh, groups: &[Group]) -> Level {
-    let mut vertices = Vertices { layout: source.layout, ..Vertices::default() };
-    let mut wedges = Vec::new();
-    for group in groups {
-        let first = vertices.positions.len() as u32;
-        vertices.positions.extend(group.positions.iter().map(|&p| glam::Vec3::from(p)));
-        vertices.attributes.extend_from_slice(&group.attributes);
-        wedges.extend_from_slice(&group.wedges);
-        for corners in group.indices.chunks_exact(3) {
-            vertices.triangles.push([corners[0], corners[1], corners[2]].map(|v| v + first));
-            vertices.groups.push(group.id);
-        }
-    }
-    normalize(&mut vertices);
-    let Welded { mesh, wedge_vertices, .. } = weld(&vertices).expect("the rival's own output");
-    let wedge_sources: Vec<_> =
-        wedge_vertices.iter().map(|&v| seamwise_attr::WedgeId(wedges[v as usize])).collect();
-    let mut point_sources = vec![seamwise_attr::PointId(0); mesh.positions.len()];
-    for (&point, &wedge) in mesh.wedge_points.iter().zip(&wedge_sources) {
-        point_sources[point.index()] = source.wedge_points[wedge.index()];
-    }
-    let target = mesh.triangles.len();
-    Level { mesh, point_sources, wedge_sources, target, error: 0.0, stopped: None }
-}
-
-/// Unit normals and colors in 0…1, as gltfpack leaves them.
-fn normalize(vertices: &mut Vertices) {
-    let layout = vertices.layout;
-    if layout.is_empty() {
-        return;
-    }
-    for row in vertices.attributes.chunks_exact_mut(layout.len()) {
-        if layout.normal {
-            let normal = &mut row[layout.normal()..][..3];
-            let unit = glam::Vec3::from_slice(normal).normalize_or(glam::Vec3::Z);
-            normal.copy_from_slice(&unit.to_array());
-        }
-        row[layout.color()..].iter_mut().for_each(|x| *x = x.clamp(0.0, 1.0));
     }
 }

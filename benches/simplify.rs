@@ -1,0 +1,127 @@
+//! How fast is the descent, and how much memory does it take? Four levels of 50, 25, 12.5 and 6.25 %
+//! of a displaced sphere of 998,000 triangles, beside meshoptimizer's four chained calls in the same
+//! run, on one thread and on all. Welding, and the rival's tables, are made before the clock runs;
+//! what either needs to give finished levels is within. The polish is timed alone.
+//!
+//! After the benchmarks the medians of paired runs are printed as ratios. With `--memory ours`,
+//! `--memory polished` or `--memory rival` one chain runs instead, and the process tells how much
+//! memory it took at most.
+
+#[path = "common/rival.rs"]
+mod rival;
+#[path = "common/sphere.rs"]
+mod sphere;
+
+use std::hint::black_box;
+use std::sync::atomic::AtomicUsize;
+use std::time::{Duration, Instant};
+
+use criterion::{BatchSize, Criterion, SamplingMode};
+use rayon::ThreadPoolBuilder;
+use rival::Group;
+use seamwise::report::peak_memory;
+use seamwise_attr::{Level, Mesh, Options, Polish, polish_chain, simplify_chain, weld};
+use sphere::displaced_sphere;
+
+/// 998,000 triangles.
+const ROWS: usize = 500;
+const SHARES: [f64; 4] = [0.5, 0.25, 0.125, 0.0625];
+const PAIRS: usize = 5;
+
+fn main() {
+    let mesh = weld(&displaced_sphere(ROWS)).expect("a sound sphere").mesh;
+    let arguments: Vec<String> = std::env::args().collect();
+    if let Some(at) = arguments.iter().position(|argument| argument == "--memory") {
+        return tell_memory(&mesh, arguments.get(at + 1).map(String::as_str));
+    }
+    let mut criterion = Criterion::default().configure_from_args();
+    measure(&mut criterion, &mesh);
+    compare(&mesh);
+    criterion.final_summary();
+}
+
+fn measure(criterion: &mut Criterion, mesh: &Mesh) {
+    let mut group = criterion.benchmark_group("998,000 triangles to four levels");
+    group.sample_size(10).sampling_mode(SamplingMode::Flat);
+    group.warm_up_time(Duration::from_secs(1)).measurement_time(Duration::from_secs(20));
+    for threads in thread_counts() {
+        let name = format!("simplify, {threads} threads");
+        group.bench_function(name, |b| b.iter(|| black_box(on(threads, || ours(mesh)))));
+    }
+    group.bench_function("polish, all threads", |b| {
+        let levels = ours(mesh);
+        b.iter_batched(|| levels.clone(), |levels| polished(mesh, levels), BatchSize::PerIteration);
+    });
+    group.bench_function("meshoptimizer, four calls", |b| {
+        b.iter_batched(|| Group::split(mesh), theirs, BatchSize::PerIteration);
+    });
+    group.finish();
+}
+
+/// Ratios of medians over alternating runs.
+fn compare(mesh: &Mesh) {
+    let counts = thread_counts();
+    let (mut rival, mut own) = (Vec::new(), vec![Vec::new(); counts.len()]);
+    for _ in 0..PAIRS {
+        let groups = Group::split(mesh);
+        rival.push(seconds(|| theirs(groups)));
+        for (times, &threads) in own.iter_mut().zip(&counts) {
+            times.push(seconds(|| on(threads, || ours(mesh))));
+        }
+    }
+    let rival = median(&mut rival);
+    println!("meshoptimizer: {rival:.2} s");
+    for (times, threads) in own.iter_mut().zip(counts) {
+        let own = median(times);
+        println!("simplify on {threads} threads: {own:.2} s, {:.2} of the rival's", own / rival);
+    }
+}
+
+fn tell_memory(mesh: &Mesh, who: Option<&str>) {
+    let mega = |bytes: Option<u64>| bytes.map_or(f64::NAN, |bytes| bytes as f64 / 1e6);
+    let before = mega(peak_memory());
+    match who {
+        Some("ours") => drop(black_box(ours(mesh))),
+        Some("polished") => drop(black_box(polished(mesh, ours(mesh)))),
+        Some("rival") => drop(black_box(theirs(Group::split(mesh)))),
+        _ => return eprintln!("--memory ours, polished or rival"),
+    }
+    let after = mega(peak_memory());
+    println!("{after:.0} MB at most, {before:.0} MB before the chain");
+}
+
+fn thread_counts() -> Vec<usize> {
+    let all = rayon::current_num_threads();
+    if all > 1 { vec![1, all] } else { vec![1] }
+}
+
+fn on<T: Send>(threads: usize, run: impl FnOnce() -> T + Send) -> T {
+    ThreadPoolBuilder::new().num_threads(threads).build().expect("threads").install(run)
+}
+
+fn ours(mesh: &Mesh) -> Vec<Level> {
+    let targets = SHARES.map(|share| (mesh.triangles.len() as f64 * share) as usize);
+    simplify_chain(mesh, &targets, &Options::default(), &AtomicUsize::new(0)).expect("a chain")
+}
+
+fn polished(mesh: &Mesh, mut levels: Vec<Level>) -> Vec<Level> {
+    let done = AtomicUsize::new(0);
+    polish_chain(mesh, &mut levels, &Polish::default(), &done).expect("sound options");
+    levels
+}
+
+/// The rival's calls, with its arrays kept for each level, as a chain needs them.
+fn theirs(groups: Vec<Group>) -> Vec<Vec<Group>> {
+    rival::simplify(groups, &SHARES)
+}
+
+fn seconds<T>(run: impl FnOnce() -> T) -> f64 {
+    let start = Instant::now();
+    black_box(run());
+    start.elapsed().as_secs_f64()
+}
+
+fn median(times: &mut [f64]) -> f64 {
+    times.sort_unstable_by(f64::total_cmp);
+    times[times.len() / 2]
+}
