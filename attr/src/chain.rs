@@ -236,6 +236,23 @@ mod tests {
     }
 
     #[test]
+    fn a_string_keeps_its_length() {
+        let string = surface(20, |x, y| {
+            let turn = if x == 1.0 { 0.0 } else { x * std::f32::consts::TAU };
+            let wave = 0.006 * (60.0 * y).sin();
+            Vec3::new(y, 0.003 * turn.cos(), 0.003 * turn.sin() + wave)
+        });
+        let length = |mesh: &Mesh| {
+            let xs = mesh.positions.iter().map(|p| p.x);
+            xs.clone().fold(f32::MIN, f32::max) - xs.fold(f32::MAX, f32::min)
+        };
+        for level in chain(&string, &[200, 100, 50]) {
+            let kept = length(&level.mesh);
+            assert!(kept > 0.99, "{kept} at {} triangles", level.target);
+        }
+    }
+
+    #[test]
     fn levels_are_the_same_with_one_thread_and_with_two() {
         let mesh = sphere(24);
         let run = |threads| {

@@ -180,13 +180,10 @@ impl<'a> Descent<'a> {
     /// than what waits.
     fn collapse(&mut self, entry: &Entry) -> Result<Step, Stop> {
         self.plan.set(&self.topology, &self.metric, entry.points);
-        let mut candidates = self.plan.candidates(&self.metric);
-        let legal = self.plan.keeps_topology(&self.topology).then(|| {
-            candidates.find(|candidate| {
-                self.plan.keeps_shape(&self.topology, &self.metric, self.layout, candidate.position)
-            })
-        });
-        let Some(candidate) = legal.flatten() else {
+        let legal = self.plan.keeps_topology(&self.topology);
+        let best =
+            legal.then(|| self.plan.best(&self.topology, &self.metric, self.layout)).flatten();
+        let Some(candidate) = best else {
             self.reject(*entry);
             return Ok(Step::Nothing);
         };

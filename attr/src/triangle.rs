@@ -27,7 +27,12 @@ pub fn area_vector(corners: [Vec3; 3]) -> DVec3 {
 /// edge is not what is nearest. A line or a point for a triangle is answered by its edges.
 /// Finite input gives finite output, but for squares beyond the range of f64, which f32 cannot name.
 pub fn closest_on_triangle(p: DVec3, corners: &[Vec3; 3]) -> (DVec3, DVec3, f64) {
-    let [a, b, c] = corners.map(|corner| corner.as_dvec3() - p);
+    let (weights, offset, square) = closest_to_origin(corners.map(|corner| corner.as_dvec3() - p));
+    (weights, p + offset, square)
+}
+
+/// The same for the origin.
+pub(crate) fn closest_to_origin([a, b, c]: [DVec3; 3]) -> (DVec3, DVec3, f64) {
     let (ab, bc, ca) = (b - a, c - b, a - c);
     let normal = ab.cross(bc);
     let square = normal.length_squared();
@@ -44,7 +49,7 @@ pub fn closest_on_triangle(p: DVec3, corners: &[Vec3; 3]) -> (DVec3, DVec3, f64)
     if weights.min_element() >= 0.0 {
         let weights = weights / (weights.x + weights.y + weights.z);
         let offset = a * weights.x + b * weights.y + c * weights.z;
-        return (weights, p + offset, offset.length_squared());
+        return (weights, offset, offset.length_squared());
     }
     let edges = [(b, bc, 1), (c, ca, 2), (a, ab, 0)];
     let mut best = (DVec3::X, a, f64::INFINITY);
@@ -64,7 +69,7 @@ pub fn closest_on_triangle(p: DVec3, corners: &[Vec3; 3]) -> (DVec3, DVec3, f64)
             best = (weights, offset, distance);
         }
     }
-    (best.0, p + best.1, best.2)
+    best
 }
 
 #[cfg(test)]
