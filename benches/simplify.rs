@@ -9,6 +9,8 @@
 
 #[path = "common/rival.rs"]
 mod rival;
+#[path = "common/rival_levels.rs"]
+mod rival_levels;
 #[path = "common/sphere.rs"]
 mod sphere;
 
@@ -69,6 +71,10 @@ fn compare(mesh: &Mesh) {
             times.push(seconds(|| on(threads, || ours(mesh))));
         }
     }
+    let reached = |levels: Vec<Level>| levels.last().map_or(0, |level| level.mesh.triangles.len());
+    let (own_triangles, rival_triangles) =
+        (reached(ours(mesh)), reached(rival_levels::chain(mesh, &SHARES)));
+    println!("triangles at the end: {own_triangles}, the rival's {rival_triangles}");
     let rival = median(&mut rival);
     println!("meshoptimizer: {rival:.2} s");
     for (times, threads) in own.iter_mut().zip(counts) {
