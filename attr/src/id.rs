@@ -79,6 +79,11 @@ id! {
     CornerId
 }
 
+id! {
+    /// An edge: two points that a triangle joins, however many triangles that are.
+    EdgeId
+}
+
 impl CornerId {
     /// The triangle this corner belongs to.
     #[inline]

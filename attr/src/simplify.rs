@@ -5,12 +5,12 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
-use crate::collapse::Plan;
-use crate::id::{PointId, TriangleId, WedgeId};
+use crate::collapse::{Candidate, Plan};
+use crate::id::{EdgeId, PointId, TriangleId, WedgeId};
 use crate::marks::Marks;
 use crate::mesh::{Layout, Mesh};
 use crate::metric::{Metric, Weights};
-use crate::queue::{Entry, Queue};
+use crate::queue::Queue;
 use crate::topology::Topology;
 
 /// Shells of up to this many triangles may vanish as a whole once none of their edges can
@@ -50,17 +50,22 @@ impl std::fmt::Display for Stop {
 }
 
 /// A mesh on its way down.
+///
+/// An edge waits under the cost it had when it was last looked at. Quadrics only grow, so that cost
+/// is a lower bound of what the edge costs by now, and looking again when its turn comes is enough
+/// to keep the order: a collapse leaves its neighbors alone.
 pub(crate) struct Descent<'a> {
     source: &'a Mesh,
     layout: Layout,
     topology: Topology,
     metric: Metric,
+    /// Edges by their ids, and beyond those shells by one of their points.
     queue: Queue,
+    /// Per edge: whether it was found illegal and waits for its surroundings to change.
+    aside: Vec<bool>,
+    rejected: Vec<(f64, EdgeId)>,
     plan: Plan,
     counts: Marks,
-    near: Vec<PointId>,
-    /// Per point: how often it has changed.
-    versions: Vec<u32>,
     /// Per point and per wedge: the one of the source that it stands for.
     point_sources: Vec<PointId>,
     wedge_sources: Vec<WedgeId>,
@@ -69,33 +74,26 @@ pub(crate) struct Descent<'a> {
     error: f64,
 }
 
-/// What a step of the descent did.
-enum Step {
-    Removed(usize),
-    Nothing,
-}
-
 impl<'a> Descent<'a> {
     pub(crate) fn new(source: &'a Mesh, options: &Options) -> Self {
         let metric = Metric::new(source, &options.weights);
         let (points, wedges) = (source.positions.len(), source.wedge_points.len());
-        let mut descent = Self {
+        let topology = Topology::new(source);
+        Self {
             source,
             layout: source.layout,
-            topology: Topology::new(source),
-            queue: Queue::default(),
+            queue: rank_all(&topology, &metric, wedges),
+            aside: vec![false; topology.edge_count()],
+            rejected: Vec::new(),
             plan: Plan::new(points, wedges),
             counts: Marks::new(points),
-            near: Vec::new(),
-            versions: vec![0; points],
             point_sources: (0..points).map(PointId::new).collect(),
             wedge_sources: (0..wedges).map(WedgeId::new).collect(),
             max_error: options.max_error.map_or(f64::INFINITY, |limit| limit / metric.unit),
             error: 0.0,
+            topology,
             metric,
-        };
-        descent.rank_all();
-        descent
+        }
     }
 
     /// Triangles now.
@@ -114,27 +112,27 @@ impl<'a> Descent<'a> {
         while self.triangles() > target {
             if (self.triangles() as f64) < RETRY_SHARE * retried_at as f64 {
                 retried_at = self.triangles();
-                self.queue.retry_rejected();
+                self.retry_rejected();
             }
-            let Some(entry) = self.queue.pop() else {
+            let Some(item) = self.queue.pop() else {
                 if self.triangles() == retried_at {
                     return Some(Stop::NoLegalCollapse);
                 }
                 retried_at = self.triangles();
-                self.queue.retry_rejected();
+                self.retry_rejected();
                 continue;
             };
-            if !self.is_current(&entry) {
-                continue;
-            }
-            let step = if entry.is_shell() { self.vanish(&entry) } else { self.collapse(&entry) };
+            let edges = self.topology.edge_count() as u32;
+            let step = match item.checked_sub(edges) {
+                None => self.collapse(EdgeId(item)),
+                Some(point) => self.vanish(PointId(point)),
+            };
             match step {
-                Ok(Step::Removed(triangles)) => {
+                Ok(triangles) => {
                     removed.fetch_add(triangles, Ordering::Relaxed);
                 }
-                Ok(Step::Nothing) => {}
                 Err(stop) => {
-                    self.queue.push(entry);
+                    self.queue.push(0.0, item);
                     return Some(stop);
                 }
             }
@@ -142,64 +140,36 @@ impl<'a> Descent<'a> {
         None
     }
 
-    /// Ranks every edge, in parallel; the order of the queue does not depend on it.
-    fn rank_all(&mut self) {
-        let mut edges: Vec<[PointId; 2]> = Vec::with_capacity(self.triangles() * 3);
-        for triangle in 0..self.source.triangles.len() {
-            let [a, b, c] = self.source.triangle_points(triangle);
-            edges.extend([(a, b), (b, c), (c, a)].map(|(p, q)| [p.min(q), p.max(q)]));
-        }
-        edges.par_sort_unstable();
-        edges.dedup();
-        let (topology, metric) = (&self.topology, &self.metric);
-        let counts = (self.source.positions.len(), self.source.wedge_points.len());
-        let entries = edges
-            .par_iter()
-            .with_min_len(1024)
-            .map_init(
-                || Plan::new(counts.0, counts.1),
-                |plan, &points| {
-                    plan.set(topology, metric, points);
-                    let cost = plan.candidates(metric).next().map_or(f64::INFINITY, |c| c.cost);
-                    Entry { cost, points, versions: [0; 2] }
-                },
-            )
-            .collect::<Vec<_>>();
-        self.queue = Queue::from(entries);
-    }
-
-    fn is_current(&self, entry: &Entry) -> bool {
-        entry.points.map(|point| self.versions[point]) == entry.versions
-    }
-
-    fn entry(&self, cost: f64, points: [PointId; 2]) -> Entry {
-        Entry { cost, points, versions: points.map(|point| self.versions[point]) }
-    }
-
     /// Collapses an edge at its cheapest legal placement, or queues it again if that costs more
-    /// than what waits.
-    fn collapse(&mut self, entry: &Entry) -> Result<Step, Stop> {
-        self.plan.set(&self.topology, &self.metric, entry.points);
+    /// than what waits. Returns how many triangles went.
+    fn collapse(&mut self, edge: EdgeId) -> Result<usize, Stop> {
+        let Some(points) = self.topology.ends(edge) else { return Ok(0) };
+        let price = self.plan.price(&self.topology, &self.metric, points);
+        if self.queue.has_cheaper(price) {
+            self.queue.push(price, edge.0);
+            return Ok(0);
+        }
+        self.plan.set(&self.topology, &self.metric, points);
+        if self.plan.is_void() {
+            return Ok(0);
+        }
         let legal = self.plan.keeps_topology(&self.topology);
         let best =
             legal.then(|| self.plan.best(&self.topology, &self.metric, self.layout)).flatten();
-        let Some(candidate) = best else {
-            self.reject(*entry);
-            return Ok(Step::Nothing);
+        let Some(Candidate { cost, position }) = best else {
+            self.reject(price, edge, points[0]);
+            return Ok(0);
         };
-        if candidate.cost > entry.cost && self.queue.least() < candidate.cost {
-            self.queue.push(Entry { cost: candidate.cost, ..*entry });
-            return Ok(Step::Nothing);
+        if self.queue.has_cheaper(cost) {
+            self.queue.push(cost, edge.0);
+            return Ok(0);
         }
-        self.charge(candidate.cost, self.plan.weight())?;
+        self.charge(cost, self.plan.weight())?;
         let before = self.triangles();
-        self.inherit(entry.points, candidate.position);
-        self.plan.apply(&mut self.topology, &mut self.metric, candidate.position);
-        for point in entry.points {
-            self.versions[point] += 1;
-        }
-        self.rank_around(entry.points[0]);
-        Ok(Step::Removed(before - self.triangles()))
+        self.inherit(points, position);
+        self.plan.apply(&mut self.topology, &mut self.metric, position);
+        self.retry_around(points[0]);
+        Ok(before - self.triangles())
     }
 
     /// Raises the error to that of a collapse, unless it passes the limit.
@@ -225,30 +195,36 @@ impl<'a> Descent<'a> {
         }
     }
 
-    fn rank_around(&mut self, point: PointId) {
-        let mut near = std::mem::take(&mut self.near);
-        self.topology.neighbors(point, &mut self.counts, &mut near);
-        for &other in &near {
-            let points = [point.min(other), point.max(other)];
-            self.plan.set(&self.topology, &self.metric, points);
-            let best = self.plan.candidates(&self.metric).next();
-            let entry = self.entry(best.map_or(f64::INFINITY, |c| c.cost), points);
-            self.queue.push(entry);
-        }
-        self.near = near;
-    }
-
     /// Puts an illegal collapse aside. If its shell is small, the shell's end is queued instead:
     /// its area off by its radius.
-    fn reject(&mut self, entry: Entry) {
-        self.queue.reject(entry);
-        let point = entry.points[0];
-        let Some(shell) = self.topology.small_shell(point, SMALL_SHELL, &mut self.counts) else {
-            return;
-        };
-        let (area, radius) = self.measure(&shell);
-        let end = self.entry(area * radius * radius, [point; 2]);
-        self.queue.push(end);
+    fn reject(&mut self, price: f64, edge: EdgeId, point: PointId) {
+        self.aside[edge] = true;
+        self.rejected.push((price, edge));
+        if let Some(shell) = self.topology.small_shell(point, SMALL_SHELL, &mut self.counts) {
+            let (area, radius) = self.measure(&shell);
+            self.queue.push(area * radius * radius, self.topology.edge_count() as u32 + point.0);
+        }
+    }
+
+    /// Queues the edges at a point again that were put aside.
+    fn retry_around(&mut self, point: PointId) {
+        for edge in self.topology.edges(point) {
+            if std::mem::take(&mut self.aside[edge])
+                && let Some(points) = self.topology.ends(edge)
+            {
+                let price = self.plan.price(&self.topology, &self.metric, points);
+                self.queue.push(price, edge.0);
+            }
+        }
+    }
+
+    /// Queues all edges again that are still aside.
+    fn retry_rejected(&mut self) {
+        for (price, edge) in self.rejected.drain(..) {
+            if std::mem::take(&mut self.aside[edge]) {
+                self.queue.push(price, edge.0);
+            }
+        }
     }
 
     /// The area and the radius of a shell.
@@ -265,24 +241,23 @@ impl<'a> Descent<'a> {
         (area, (high - low).length() / 2.0)
     }
 
-    /// Takes a small shell out, unless it is all there is.
-    fn vanish(&mut self, entry: &Entry) -> Result<Step, Stop> {
-        let point = entry.points[0];
+    /// Takes a small shell out, unless it is all there is or costs more than what waits.
+    fn vanish(&mut self, point: PointId) -> Result<usize, Stop> {
         let shell = self.topology.small_shell(point, SMALL_SHELL, &mut self.counts);
         let Some(shell) = shell.filter(|s| !s.is_empty() && s.len() < self.triangles()) else {
-            return Ok(Step::Nothing);
+            return Ok(0);
         };
-        let (area, _) = self.measure(&shell);
-        self.charge(entry.cost, area)?;
-        for &triangle in &shell {
-            for point in self.topology.points(triangle) {
-                self.versions[point] += 1;
-            }
+        let (area, radius) = self.measure(&shell);
+        let cost = area * radius * radius;
+        if self.queue.has_cheaper(cost) {
+            self.queue.push(cost, self.topology.edge_count() as u32 + point.0);
+            return Ok(0);
         }
+        self.charge(cost, area)?;
         for &triangle in &shell {
             self.topology.remove(triangle);
         }
-        Ok(Step::Removed(shell.len()))
+        Ok(shell.len())
     }
 
     /// The mesh as it stands, and for each of its points and wedges the one of the source that it
@@ -317,4 +292,21 @@ impl<'a> Descent<'a> {
         }
         (mesh, point_sources, wedge_sources)
     }
+}
+
+/// Prices every edge, in parallel; the order of the queue does not depend on it.
+fn rank_all(topology: &Topology, metric: &Metric, wedges: usize) -> Queue {
+    let points = metric.positions.len();
+    let prices: Vec<f64> = (0..topology.edge_count())
+        .into_par_iter()
+        .with_min_len(1024)
+        .map_init(
+            || Plan::new(points, wedges),
+            |plan, edge| {
+                let ends = topology.ends(EdgeId::new(edge));
+                ends.map_or(f64::INFINITY, |points| plan.price(topology, metric, points))
+            },
+        )
+        .collect();
+    Queue::new(prices.into_iter().zip(0..))
 }

@@ -1,10 +1,11 @@
 //! Which triangles meet at each point, kept true through collapses.
 //!
 //! Corners at a point form a singly linked list over one flat array, so merging two points is
-//! joining two lists, and nothing is allocated per point. Nothing here assumes a manifold: an edge
-//! may have any number of triangles, a point any number of fans.
+//! joining two lists, and nothing is allocated per point. Edges have ids that stay theirs while
+//! their ends move. Nothing here assumes a manifold: an edge may have any number of triangles, a
+//! point any number of fans.
 
-use crate::id::{CornerId, PointId, TriangleId, WedgeId};
+use crate::id::{CornerId, EdgeId, PointId, TriangleId, WedgeId};
 use crate::marks::Marks;
 use crate::mesh::Mesh;
 
@@ -15,8 +16,14 @@ const NONE: u32 = u32::MAX;
 pub(crate) struct Topology {
     /// One per triangle: its corners' wedges today.
     triangles: Vec<[WedgeId; 3]>,
+    /// One per triangle: the edges opposite its corners.
+    edges: Vec<[EdgeId; 3]>,
+    /// One per edge: its points, the lesser first, or one of them twice once it is gone.
+    ends: Vec<[PointId; 2]>,
     /// One per wedge: its point today.
     wedge_points: Vec<PointId>,
+    /// One per point: its wedge, if it surely has but one.
+    sole_wedges: Vec<Option<WedgeId>>,
     live: Vec<bool>,
     live_count: usize,
     first: Vec<u32>,
@@ -29,7 +36,10 @@ impl Topology {
         let points = mesh.positions.len();
         let mut topology = Self {
             triangles: mesh.triangles.clone(),
+            edges: vec![[EdgeId::default(); 3]; mesh.triangles.len()],
+            ends: Vec::with_capacity(mesh.triangles.len() * 3 / 2),
             wedge_points: mesh.wedge_points.clone(),
+            sole_wedges: vec![None; points],
             live: vec![true; mesh.triangles.len()],
             live_count: mesh.triangles.len(),
             first: vec![NONE; points],
@@ -41,7 +51,50 @@ impl Topology {
             let point = topology.point(corner);
             topology.append(point, corner);
         }
+        topology.number_edges();
+        topology.find_sole_wedges();
         topology
+    }
+
+    /// Gives every edge an id, in the order of their lesser points.
+    fn number_edges(&mut self) {
+        let mut found = Marks::new(self.first.len());
+        for point in (0..self.first.len()).map(PointId::new) {
+            found.clear();
+            let mut at = self.first[point];
+            while at != NONE {
+                let corner = CornerId(at);
+                at = self.next[corner.index()];
+                for (other, slot) in self.edges_at(corner) {
+                    if other < point {
+                        continue;
+                    }
+                    let edge = found.get(other.index()).unwrap_or_else(|| {
+                        self.ends.push([point, other]);
+                        let edge = self.ends.len() as u32 - 1;
+                        found.set(other.index(), edge);
+                        edge
+                    });
+                    self.edges[corner.triangle()][slot] = EdgeId(edge);
+                }
+            }
+        }
+    }
+
+    fn find_sole_wedges(&mut self) {
+        let mut counts = vec![0u32; self.first.len()];
+        for (wedge, &point) in self.wedge_points.iter().enumerate() {
+            counts[point] += 1;
+            self.sole_wedges[point] = (counts[point] == 1).then(|| WedgeId::new(wedge));
+        }
+    }
+
+    /// The points that follow a corner's own around its triangle, each with the slot under which
+    /// the triangle keeps the edge to it.
+    fn edges_at(&self, corner: CornerId) -> [(PointId, usize); 2] {
+        let slot = corner.slot();
+        let [first, second] = self.others(corner);
+        [(first, (slot + 2) % 3), (second, (slot + 1) % 3)]
     }
 
     fn append(&mut self, point: PointId, corner: CornerId) {
@@ -50,6 +103,36 @@ impl Topology {
             last => self.next[last as usize] = corner.0,
         }
         self.last[point] = corner.0;
+    }
+
+    /// How many edges there were at first.
+    pub(crate) fn edge_count(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// The points of an edge, the lesser first; `None` once it has become a point or another edge.
+    #[inline]
+    pub(crate) fn ends(&self, edge: EdgeId) -> Option<[PointId; 2]> {
+        let ends = self.ends[edge];
+        (ends[0] != ends[1]).then_some(ends)
+    }
+
+    /// The edges at a point, once for each of their triangles.
+    pub(crate) fn edges(&self, point: PointId) -> impl Iterator<Item = EdgeId> + '_ {
+        self.corners(point).flat_map(|corner| {
+            self.edges_at(corner).map(|(_, slot)| self.edges[corner.triangle()][slot])
+        })
+    }
+
+    /// A point's wedge, if it surely has but one.
+    #[inline]
+    pub(crate) fn sole_wedge(&self, point: PointId) -> Option<WedgeId> {
+        self.sole_wedges[point]
+    }
+
+    /// Says which wedge is a point's only one, or that there may be more.
+    pub(crate) fn set_sole_wedge(&mut self, point: PointId, wedge: Option<WedgeId>) {
+        self.sole_wedges[point] = wedge;
     }
 
     /// Live triangles.
@@ -148,13 +231,24 @@ impl Topology {
         }
     }
 
-    /// Moves every corner at `gone` to `kept`. The wedges of `gone` go along.
-    pub(crate) fn merge(&mut self, kept: PointId, gone: PointId) {
+    /// Moves every corner and edge at `gone` to `kept`. The wedges of `gone` go along. Of two edges
+    /// to one neighbor, that of `kept` stays.
+    pub(crate) fn merge(&mut self, kept: PointId, gone: PointId, found: &mut Marks) {
+        found.clear();
+        for corner in self.corners(kept) {
+            for (other, slot) in self.edges_at(corner) {
+                found.set(other.index(), self.edges[corner.triangle()][slot].0);
+            }
+        }
         let mut at = self.first[gone];
         while at != NONE {
-            let wedge = self.wedge(CornerId(at));
+            let corner = CornerId(at);
+            at = self.next[corner.index()];
+            for (other, slot) in self.edges_at(corner) {
+                self.move_edge(corner.triangle(), slot, [kept, other], found);
+            }
+            let wedge = self.wedge(corner);
             self.wedge_points[wedge] = kept;
-            at = self.next[at as usize];
         }
         if self.first[gone] == NONE {
             return;
@@ -165,6 +259,29 @@ impl Topology {
         }
         self.last[kept] = self.last[gone];
         (self.first[gone], self.last[gone]) = (NONE, NONE);
+    }
+
+    /// Makes the edge that a triangle keeps in `slot` that of `ends`, which `found` knows by the
+    /// second if it is there.
+    fn move_edge(
+        &mut self,
+        triangle: TriangleId,
+        slot: usize,
+        [kept, other]: [PointId; 2],
+        found: &mut Marks,
+    ) {
+        let own = self.edges[triangle][slot];
+        match found.get(other.index()) {
+            Some(edge) if edge != own.0 => {
+                self.ends[own] = [kept; 2];
+                self.edges[triangle][slot] = EdgeId(edge);
+            }
+            Some(_) => {}
+            None => {
+                self.ends[own] = [kept.min(other), kept.max(other)];
+                found.set(other.index(), own.0);
+            }
+        }
     }
 
     /// Gives a corner another wedge of the same point.
@@ -253,10 +370,40 @@ mod tests {
         for triangle in shared {
             topology.remove(triangle);
         }
-        topology.merge(PointId(5), PointId(6));
+        topology.merge(PointId(5), PointId(6), &mut Marks::new(16));
         assert_eq!(topology.live_count(), 16);
         assert_eq!(neighbors(&topology, 5), [0, 1, 2, 4, 7, 9, 10, 11]);
         assert_eq!(topology.corners(PointId(6)).count(), 0);
+    }
+
+    #[test]
+    fn edges_keep_their_ids_while_their_ends_move() {
+        let mut topology = Topology::new(&grid(3));
+        assert_eq!(topology.edge_count(), 2 * 3 * 4 + 9);
+        let id = |topology: &Topology, ends: [u32; 2]| {
+            let edge = |&edge: &EdgeId| topology.ends(edge) == Some(ends.map(PointId));
+            (0..33).map(EdgeId).find(edge)
+        };
+        let (collapsing, left, right, far) = (
+            id(&topology, [5, 6]).unwrap(),
+            id(&topology, [5, 10]).unwrap(),
+            id(&topology, [6, 10]).unwrap(),
+            id(&topology, [6, 7]).unwrap(),
+        );
+        for triangle in (0..18).map(TriangleId) {
+            let has = |point| topology.slot_of(triangle, PointId(point)).is_some();
+            if has(5) && has(6) {
+                topology.remove(triangle);
+            }
+        }
+        topology.merge(PointId(5), PointId(6), &mut Marks::new(16));
+        assert_eq!(id(&topology, [5, 10]), Some(left), "the kept point's edge stays");
+        assert_eq!((topology.ends(right), id(&topology, [5, 7])), (None, Some(far)));
+        assert!(topology.edges(PointId(5)).all(|edge| edge != right && edge != collapsing));
+        let mut own: Vec<EdgeId> = topology.edges(PointId(5)).collect();
+        own.sort_unstable();
+        own.dedup();
+        assert_eq!(own.len(), 8);
     }
 
     #[test]

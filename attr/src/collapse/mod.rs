@@ -6,38 +6,22 @@
 //! each wedge then takes its own best attributes there. So a seam moves as one, and no number of
 //! wedges forbids a collapse.
 
-use glam::{DVec2, DVec3};
+mod legal;
+
+use glam::DVec3;
 
 use crate::id::{CornerId, PointId, TriangleId, WedgeId};
 use crate::marks::Marks;
-use crate::mesh::Layout;
 use crate::metric::Metric;
 use crate::quadric::{self, PointQuadric};
-use crate::shape::{folds, is_worse_sliver, turns};
 use crate::solve::minimize;
-use crate::topology::{Topology, on_outline};
-use crate::triangle::closest_to_origin;
+use crate::topology::Topology;
 
 /// Pull towards the edge's midpoint, as a share of the merged weight: it keeps a flat patch
 /// solvable.
 const PULL: f64 = 1e-4;
 /// A placement farther from the midpoint than this many edge lengths is no placement.
 const REACH: f64 = 2.0;
-
-/// What an end that comes off the surface costs, beside what its quadric says.
-///
-/// A quadric is about planes, and planes have no end: the tip of a string slides along its sides at
-/// no cost. Lab note (`cargo bench --bench quality -- --alone --views 6 --resolution 256 --samples
-/// 30000`): RMS sRGB luminance, RMS distance and RMS color over those without, geometric mean over
-/// four levels each of a scanned box, a pan, a gelatin box, a racquet, a helmet and a ship:
-///
-/// | | luminance | distance | color |
-/// |---|---|---|---|
-/// | 1 | 0.988 | 0.942 | 0.99 |
-/// | **2** | 0.979 | 0.914 | 0.95 |
-/// | 4 | 0.993 | 0.904 | 0.99 |
-/// | 2, for the place that is best without it | 0.981 | 0.929 | 0.95 |
-const EXPOSURE: f64 = 2.0;
 
 /// The merged wedges of a collapse and the quadrics they add up to. Reused from one collapse to
 /// the next, so that evaluating one allocates nothing.
@@ -95,9 +79,34 @@ impl Plan {
         }
     }
 
+    /// Whether no triangle is left that the collapse would take.
+    pub(crate) fn is_void(&self) -> bool {
+        self.vanishing.is_empty()
+    }
+
     /// The area that the merged quadrics were summed over.
     pub(crate) fn weight(&self) -> f64 {
         self.weight
+    }
+
+    /// What collapsing the edge between two points costs by their quadrics, wherever the merged point
+    /// goes. Knows no stars where both points have one wedge: nothing else is in the sum then.
+    pub(crate) fn price(
+        &mut self,
+        topology: &Topology,
+        metric: &Metric,
+        points: [PointId; 2],
+    ) -> f64 {
+        if let [Some(a), Some(b)] = points.map(|point| topology.sole_wedge(point)) {
+            self.points = points;
+            self.quadrics.clear();
+            self.quadrics.extend_from_slice(metric.quadric(a));
+            quadric::add(&mut self.quadrics, metric.quadric(b));
+            self.add_up(metric);
+        } else {
+            self.set(topology, metric, points);
+        }
+        self.candidates(metric).next().map_or(f64::INFINITY, |best| best.cost)
     }
 
     /// Works out the collapse of the edge between two points.
@@ -175,6 +184,12 @@ impl Plan {
             let packed = &mut self.quadrics[merged as usize * stride..][..stride];
             quadric::add(packed, metric.quadric(wedge));
         }
+        self.add_up(metric);
+    }
+
+    /// The merged wedges' quadrics and the points' constraints as one.
+    fn add_up(&mut self, metric: &Metric) {
+        let stride = quadric::stride(metric.attributes);
         self.total = metric.constraints[self.points[0]];
         self.total.add(&metric.constraints[self.points[1]]);
         self.weight = 0.0;
@@ -188,48 +203,6 @@ impl Plan {
     fn merged(&self, wedge: WedgeId) -> usize {
         let slot = self.slots.get(wedge.index()).expect("a wedge of either point");
         self.merged_of[slot as usize] as usize
-    }
-
-    /// The cheapest legal place, with what it exposes in its cost. The topology must allow the
-    /// collapse.
-    pub(crate) fn best(
-        &mut self,
-        topology: &Topology,
-        metric: &Metric,
-        layout: Layout,
-    ) -> Option<Candidate> {
-        let mut best: Option<Candidate> = None;
-        for Candidate { cost, position } in self.candidates(metric) {
-            if best.is_some_and(|best| best.cost <= cost) {
-                break;
-            }
-            let cost = cost + EXPOSURE * self.exposure(topology, metric, position);
-            if best.is_none_or(|best| cost < best.cost)
-                && self.keeps_shape(topology, metric, layout, position)
-            {
-                best = Some(Candidate { cost, position });
-            }
-        }
-        best
-    }
-
-    /// How far either end would be off the triangles around `position`: squared, times the area
-    /// that the end stands for.
-    fn exposure(&self, topology: &Topology, metric: &Metric, position: DVec3) -> f64 {
-        let area = |wedges: &[WedgeId]| -> f64 {
-            wedges.iter().map(|&wedge| quadric::weight(metric.quadric(wedge))).sum()
-        };
-        let (first, second) = self.wedges.split_at(self.first_wedges);
-        let off = |end: PointId| {
-            let end = metric.positions[end];
-            let squares = self.surviving.iter().map(|corner| {
-                let mut points = topology.points(corner.triangle()).map(|p| metric.positions[p]);
-                points[corner.slot()] = position;
-                closest_to_origin(points.map(|point| point - end)).2
-            });
-            squares.fold(f64::INFINITY, f64::min)
-        };
-        area(first) * off(self.points[0]) + area(second) * off(self.points[1])
     }
 
     /// The places worth trying, the cheapest first: the minimizer if it lies near the edge, then
@@ -247,79 +220,6 @@ impl Plan {
             cost(a).total_cmp(&cost(b))
         });
         candidates.into_iter().flatten()
-    }
-
-    /// Whether the surface stays a surface: the link condition (Dey et al., "Topology preserving
-    /// edge contraction", 1999) over any number of triangles an edge, two outline points meet only
-    /// along an outline, no triangle comes to lie on another, and something is left. One change of
-    /// topology is allowed: a hole of three edges may close.
-    pub(crate) fn keeps_topology(&mut self, topology: &Topology) -> bool {
-        if self.surviving.is_empty() {
-            return false;
-        }
-        for (side, point) in self.points.into_iter().enumerate() {
-            topology.neighbors(point, &mut self.counts[side], &mut self.near[side]);
-        }
-        let [kept, gone] = self.points;
-        let triangles = self.counts[0].get(gone.index());
-        let outline = |side: usize| on_outline(&self.counts[side], &self.near[side]);
-        if triangles == Some(2) && outline(0) && outline(1) {
-            return false;
-        }
-        let opposite = |point: PointId| {
-            self.vanishing.iter().any(|&triangle| topology.slot_of(triangle, point).is_some())
-        };
-        let both = |point: PointId| {
-            Some((self.counts[0].get(point.index())?, self.counts[1].get(point.index())?))
-        };
-        let mut bridges =
-            self.near[1].iter().filter(|&&p| p != gone && !opposite(p)).filter_map(|&p| both(p));
-        let closes_hole = triangles == Some(1);
-        if bridges.next().is_some_and(|edges| !closes_hole || edges != (1, 1))
-            || bridges.next().is_some()
-        {
-            return false;
-        }
-        !self.surviving.iter().any(|&corner| {
-            let [a, b] = topology.others(corner);
-            topology.slot_of(corner.triangle(), gone).is_some()
-                && both(a).is_some()
-                && both(b).is_some()
-                && topology.corners(kept).any(|corner| {
-                    let others = topology.others(corner);
-                    others == [a, b] || others == [b, a]
-                })
-        })
-    }
-
-    /// Whether every surviving triangle keeps its shape at `position`: none turns by more than
-    /// 75°, none becomes a sliver thinner than it was, none changes the sign of its area in a UV
-    /// set.
-    fn keeps_shape(
-        &mut self,
-        topology: &Topology,
-        metric: &Metric,
-        layout: Layout,
-        position: DVec3,
-    ) -> bool {
-        self.place_attributes(metric, position);
-        self.surviving.iter().all(|&corner| {
-            let triangle = corner.triangle();
-            let before = topology.points(triangle).map(|point| metric.positions[point]);
-            let mut after = before;
-            after[corner.slot()] = position;
-            if turns(before, after) || is_worse_sliver(before, after) {
-                return false;
-            }
-            let wedges = topology.wedges(triangle);
-            (0..layout.uv_sets).all(|set| {
-                let uv = |row: &[f64]| DVec2::from_slice(&row[layout.uv(set)..]);
-                let before = wedges.map(|wedge| uv(metric.row(wedge)));
-                let mut after = before;
-                after[corner.slot()] = uv(self.placed_row(metric, topology.wedge(corner)));
-                !folds(before, after)
-            })
-        })
     }
 
     /// Fills the rows of the merged wedges with their best attributes at `position`.
@@ -355,7 +255,8 @@ impl Plan {
             topology.set_wedge(corner, member);
         }
         let [kept, gone] = self.points;
-        topology.merge(kept, gone);
+        topology.merge(kept, gone, &mut self.counts[0]);
+        topology.set_sole_wedge(kept, self.sole_member());
         metric.positions[kept] = position;
         let mut constraint = metric.constraints[kept];
         constraint.add(&metric.constraints[gone]);
@@ -372,6 +273,13 @@ impl Plan {
             }
         }
         metric.constraints[kept] = constraint;
+    }
+
+    /// The merged wedge that is still used, if it is but one.
+    fn sole_member(&self) -> Option<WedgeId> {
+        let mut used = self.members.iter().zip(&self.used).filter(|(_, used)| **used);
+        let first = used.next().map(|(&member, _)| member);
+        first.filter(|_| used.next().is_none())
     }
 
     /// For each wedge that the collapse leaves in use, it and the wedges that became it.
