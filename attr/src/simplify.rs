@@ -153,9 +153,17 @@ impl<'a> Descent<'a> {
         if self.plan.is_void() {
             return Ok(0);
         }
-        let legal = self.plan.keeps_topology(&self.topology);
-        let best =
-            legal.then(|| self.plan.best(&self.topology, &self.metric, self.layout)).flatten();
+        let cheapest = self.plan.cheapest(&self.metric);
+        if let Some(Candidate { cost, .. }) = cheapest
+            && self.queue.has_cheaper(cost)
+        {
+            self.queue.push(cost, edge.0);
+            return Ok(0);
+        }
+        let legal = cheapest.filter(|_| self.plan.keeps_topology(&self.topology));
+        let best = legal.and_then(|cheapest| {
+            self.plan.best(&self.topology, &self.metric, self.layout, cheapest)
+        });
         let Some(Candidate { cost, position }) = best else {
             self.reject(price, edge, points[0]);
             return Ok(0);

@@ -27,12 +27,7 @@ pub fn area_vector(corners: [Vec3; 3]) -> DVec3 {
 /// edge is not what is nearest. A line or a point for a triangle is answered by its edges.
 /// Finite input gives finite output, but for squares beyond the range of f64, which f32 cannot name.
 pub fn closest_on_triangle(p: DVec3, corners: &[Vec3; 3]) -> (DVec3, DVec3, f64) {
-    let (weights, offset, square) = closest_to_origin(corners.map(|corner| corner.as_dvec3() - p));
-    (weights, p + offset, square)
-}
-
-/// The same for the origin.
-pub(crate) fn closest_to_origin([a, b, c]: [DVec3; 3]) -> (DVec3, DVec3, f64) {
+    let [a, b, c] = corners.map(|corner| corner.as_dvec3() - p);
     let (ab, bc, ca) = (b - a, c - b, a - c);
     let normal = ab.cross(bc);
     let square = normal.length_squared();
@@ -49,7 +44,7 @@ pub(crate) fn closest_to_origin([a, b, c]: [DVec3; 3]) -> (DVec3, DVec3, f64) {
     if weights.min_element() >= 0.0 {
         let weights = weights / (weights.x + weights.y + weights.z);
         let offset = a * weights.x + b * weights.y + c * weights.z;
-        return (weights, offset, offset.length_squared());
+        return (weights, p + offset, offset.length_squared());
     }
     let edges = [(b, bc, 1), (c, ca, 2), (a, ab, 0)];
     let mut best = (DVec3::X, a, f64::INFINITY);
@@ -69,7 +64,42 @@ pub(crate) fn closest_to_origin([a, b, c]: [DVec3; 3]) -> (DVec3, DVec3, f64) {
             best = (weights, offset, distance);
         }
     }
-    best
+    (best.0, p + best.1, best.2)
+}
+
+/// The squared distance of a triangle to the origin, for costs: several times as fast, and off by
+/// more where the triangle is nearly a line.
+///
+/// The regions of the plane that belong to the corners, to the edges and to the inside are told
+/// apart by dot products (Ericson, "Real-time collision detection", 2005, §5.1.5).
+#[inline]
+pub(crate) fn square_to_origin([a, b, c]: [DVec3; 3]) -> f64 {
+    let (ab, ac) = (b - a, c - a);
+    let [(ab_a, ac_a), (ab_b, ac_b), (ab_c, ac_c)] = [a, b, c].map(|p| (-ab.dot(p), -ac.dot(p)));
+    if ab_a <= 0.0 && ac_a <= 0.0 {
+        return a.length_squared();
+    }
+    if ab_b >= 0.0 && ac_b <= ab_b {
+        return b.length_squared();
+    }
+    if ac_c >= 0.0 && ab_c <= ac_c {
+        return c.length_squared();
+    }
+    let of_c = ab_a * ac_b - ab_b * ac_a;
+    if of_c <= 0.0 && ab_a >= 0.0 && ab_b <= 0.0 {
+        return (a + ab * (ab_a / (ab_a - ab_b))).length_squared();
+    }
+    let of_b = ab_c * ac_a - ab_a * ac_c;
+    if of_b <= 0.0 && ac_a >= 0.0 && ac_c <= 0.0 {
+        return (a + ac * (ac_a / (ac_a - ac_c))).length_squared();
+    }
+    let of_a = ab_b * ac_c - ab_c * ac_b;
+    let (to_c, to_b) = (ac_b - ab_b, ab_c - ac_c);
+    if of_a <= 0.0 && to_c >= 0.0 && to_b >= 0.0 {
+        return (b + (c - b) * (to_c / (to_c + to_b))).length_squared();
+    }
+    let whole = 1.0 / (of_a + of_b + of_c);
+    (a + ab * (of_b * whole) + ac * (of_c * whole)).length_squared()
 }
 
 #[cfg(test)]
@@ -129,6 +159,8 @@ mod tests {
             const STEPS: u32 = 64;
             let p = p.as_dvec3();
             let (weights, point, square) = closest_on_triangle(p, &corners);
+            let fast = square_to_origin(corners.map(|corner| corner.as_dvec3() - p));
+            prop_assert!((fast - square).abs() <= 1e-9 * (1.0 + square), "{fast} {square}");
             prop_assert!(weights.min_element() >= 0.0);
             prop_assert!((weights.x + weights.y + weights.z - 1.0).abs() < 1e-14);
             prop_assert!((p.distance_squared(point) - square).abs() < 1e-12);

@@ -3,13 +3,12 @@
 use glam::{DVec2, DVec3};
 
 use super::{Candidate, Plan};
-use crate::id::{PointId, WedgeId};
+use crate::id::PointId;
 use crate::mesh::Layout;
 use crate::metric::Metric;
-use crate::quadric;
 use crate::shape::{folds, is_worse_sliver, turns};
 use crate::topology::{Topology, on_outline};
-use crate::triangle::closest_to_origin;
+use crate::triangle::square_to_origin;
 
 /// What an end that comes off the surface costs, beside what its quadric says.
 ///
@@ -27,23 +26,41 @@ use crate::triangle::closest_to_origin;
 const EXPOSURE: f64 = 2.0;
 
 impl Plan {
-    /// The cheapest legal place, with what it exposes in its cost. The topology must allow the
-    /// collapse.
+    /// The cheapest place, legal or not, with what it exposes in its cost; `None` if nothing would
+    /// be left around it.
+    pub(crate) fn cheapest(&mut self, metric: &Metric) -> Option<Candidate> {
+        if self.surviving.is_empty() { None } else { self.search(metric, |_, _| true) }
+    }
+
+    /// The cheapest legal place, with what it exposes in its cost: `cheapest` if that is legal. The
+    /// topology must allow the collapse.
     pub(crate) fn best(
         &mut self,
         topology: &Topology,
         metric: &Metric,
         layout: Layout,
+        cheapest: Candidate,
     ) -> Option<Candidate> {
+        if self.keeps_shape(topology, metric, layout, cheapest.position) {
+            return Some(cheapest);
+        }
+        self.search(metric, |plan, position| plan.keeps_shape(topology, metric, layout, position))
+    }
+
+    fn search(
+        &mut self,
+        metric: &Metric,
+        is_legal: impl Fn(&mut Self, DVec3) -> bool,
+    ) -> Option<Candidate> {
+        let ends = self.points.map(|point| metric.positions[point]);
         let mut best: Option<Candidate> = None;
-        for Candidate { cost, position } in self.candidates(metric) {
+        for position in self.places(metric).into_iter().flatten() {
+            let cost = self.total.evaluate(position);
             if best.is_some_and(|best| best.cost <= cost) {
-                break;
+                continue;
             }
-            let cost = cost + EXPOSURE * self.exposure(topology, metric, position);
-            if best.is_none_or(|best| cost < best.cost)
-                && self.keeps_shape(topology, metric, layout, position)
-            {
+            let cost = cost + EXPOSURE * self.exposure(ends, position);
+            if best.is_none_or(|best| cost < best.cost) && is_legal(self, position) {
                 best = Some(Candidate { cost, position });
             }
         }
@@ -52,31 +69,21 @@ impl Plan {
 
     /// How far either end would be off the triangles around `position`: squared, times the area
     /// that the end stands for.
-    fn exposure(&self, topology: &Topology, metric: &Metric, position: DVec3) -> f64 {
-        let area = |wedges: &[WedgeId]| -> f64 {
-            wedges.iter().map(|&wedge| quadric::weight(metric.quadric(wedge))).sum()
-        };
-        let (first, second) = self.wedges.split_at(self.first_wedges);
-        let off = |end: PointId| {
-            let end = metric.positions[end];
-            let squares = self.surviving.iter().map(|corner| {
-                let mut points = topology.points(corner.triangle()).map(|p| metric.positions[p]);
-                points[corner.slot()] = position;
-                closest_to_origin(points.map(|point| point - end)).2
-            });
+    fn exposure(&self, ends: [DVec3; 2], position: DVec3) -> f64 {
+        let off = |end: DVec3| {
+            let tip = position - end;
+            let squares =
+                self.star.iter().map(|[a, b]| square_to_origin([tip, *a - end, *b - end]));
             squares.fold(f64::INFINITY, f64::min)
         };
-        area(first) * off(self.points[0]) + area(second) * off(self.points[1])
+        self.areas[0] * off(ends[0]) + self.areas[1] * off(ends[1])
     }
 
     /// Whether the surface stays a surface: the link condition (Dey et al., "Topology preserving
     /// edge contraction", 1999) over any number of triangles an edge, two outline points meet only
-    /// along an outline, no triangle comes to lie on another, and something is left. One change of
-    /// topology is allowed: a hole of three edges may close.
+    /// along an outline, and no triangle comes to lie on another. One change of topology is allowed: a
+    /// hole of three edges may close.
     pub(crate) fn keeps_topology(&mut self, topology: &Topology) -> bool {
-        if self.surviving.is_empty() {
-            return false;
-        }
         for (side, point) in self.points.into_iter().enumerate() {
             topology.neighbors(point, &mut self.counts[side], &mut self.near[side]);
         }

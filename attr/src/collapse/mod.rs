@@ -36,9 +36,13 @@ pub(crate) struct Plan {
     members: Vec<WedgeId>,
     quadrics: Vec<f64>,
     used: Vec<bool>,
-    /// The triangles that vanish, and the corners that survive at either point.
+    /// The triangles that vanish, and the corners that survive at either point with the positions
+    /// of the other two of their triangles.
     vanishing: Vec<TriangleId>,
     surviving: Vec<CornerId>,
+    star: Vec<[DVec3; 2]>,
+    /// The area that either point stands for.
+    areas: [f64; 2],
     /// Cost as a function of position.
     total: PointQuadric,
     weight: f64,
@@ -69,6 +73,8 @@ impl Plan {
             used: Vec::new(),
             vanishing: Vec::new(),
             surviving: Vec::new(),
+            star: Vec::new(),
+            areas: [0.0; 2],
             total: PointQuadric::default(),
             weight: 0.0,
             slots: Marks::new(wedges),
@@ -106,22 +112,30 @@ impl Plan {
         } else {
             self.set(topology, metric, points);
         }
-        self.candidates(metric).next().map_or(f64::INFINITY, |best| best.cost)
+        match self.places(metric) {
+            [Some(minimizer), ..] => self.total.evaluate(minimizer),
+            places => places
+                .into_iter()
+                .flatten()
+                .map(|place| self.total.evaluate(place))
+                .fold(f64::INFINITY, f64::min),
+        }
     }
 
     /// Works out the collapse of the edge between two points.
     pub(crate) fn set(&mut self, topology: &Topology, metric: &Metric, points: [PointId; 2]) {
         self.points = points;
-        self.collect(topology);
+        self.collect(topology, metric);
         self.unify(topology);
         self.sum(metric);
     }
 
-    fn collect(&mut self, topology: &Topology) {
+    fn collect(&mut self, topology: &Topology, metric: &Metric) {
         let [kept, gone] = self.points;
         self.wedges.clear();
         self.vanishing.clear();
         self.surviving.clear();
+        self.star.clear();
         self.slots.clear();
         for point in self.points {
             for corner in topology.corners(point) {
@@ -131,8 +145,10 @@ impl Plan {
                     self.wedges.push(wedge);
                 }
                 let other = if point == kept { gone } else { kept };
-                if !topology.others(corner).contains(&other) {
+                let others = topology.others(corner);
+                if !others.contains(&other) {
                     self.surviving.push(corner);
+                    self.star.push(others.map(|point| metric.positions[point]));
                 } else if point == kept {
                     self.vanishing.push(corner.triangle());
                 }
@@ -180,7 +196,10 @@ impl Plan {
         let stride = quadric::stride(metric.attributes);
         self.quadrics.clear();
         self.quadrics.resize(self.members.len() * stride, 0.0);
-        for (&wedge, &merged) in self.wedges.iter().zip(&self.merged_of) {
+        self.areas = [0.0; 2];
+        for (at, (&wedge, &merged)) in self.wedges.iter().zip(&self.merged_of).enumerate() {
+            self.areas[usize::from(at >= self.first_wedges)] +=
+                quadric::weight(metric.quadric(wedge));
             let packed = &mut self.quadrics[merged as usize * stride..][..stride];
             quadric::add(packed, metric.quadric(wedge));
         }
@@ -205,21 +224,15 @@ impl Plan {
         self.merged_of[slot as usize] as usize
     }
 
-    /// The places worth trying, the cheapest first: the minimizer if it lies near the edge, then
-    /// both ends and the midpoint.
-    pub(crate) fn candidates(&self, metric: &Metric) -> impl Iterator<Item = Candidate> + use<> {
+    /// The places worth trying: the minimizer if it lies near the edge, then both ends and the
+    /// midpoint.
+    fn places(&self, metric: &Metric) -> [Option<DVec3>; 4] {
         let [a, b] = self.points.map(|point| metric.positions[point]);
         let middle = (a + b) / 2.0;
         let reach = REACH * a.distance(b);
         let best = minimize(&self.total, middle, PULL * self.weight)
             .filter(|best| best.distance(middle) <= reach);
-        let price = |position| Candidate { cost: self.total.evaluate(position), position };
-        let mut candidates = [best.map(price), Some(price(a)), Some(price(b)), Some(price(middle))];
-        candidates.sort_by(|a, b| {
-            let cost = |c: &Option<Candidate>| c.map_or(f64::INFINITY, |c| c.cost);
-            cost(a).total_cmp(&cost(b))
-        });
-        candidates.into_iter().flatten()
+        [best, Some(a), Some(b), Some(middle)]
     }
 
     /// Fills the rows of the merged wedges with their best attributes at `position`.
@@ -319,7 +332,7 @@ mod tests {
     fn a_flat_collapse_costs_nothing_and_takes_two_triangles() {
         let mesh = grid(3);
         let (mut topology, mut metric, mut plan) = plan(&mesh, [5, 6]);
-        let best = plan.candidates(&metric).next().unwrap();
+        let best = plan.cheapest(&metric).unwrap();
         assert!(best.cost < 1e-12);
         assert!(plan.keeps_topology(&topology));
         assert!(plan.keeps_shape(&topology, &metric, mesh.layout, best.position));
@@ -365,7 +378,7 @@ mod tests {
             .collect();
         let (mut topology, mut metric, mut plan) = plan(&mesh, [seam[2], seam[3]]);
         assert!(plan.keeps_topology(&topology));
-        let best = plan.candidates(&metric).next().unwrap();
+        let best = plan.cheapest(&metric).unwrap();
         plan.apply(&mut topology, &mut metric, best.position);
         let mut us: Vec<f32> = topology
             .corners(PointId(seam[2]))
