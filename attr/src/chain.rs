@@ -7,7 +7,9 @@ use crate::id::{PointId, WedgeId};
 use crate::mesh::Mesh;
 use crate::polish::{Polish, Sampled, polish};
 use crate::quadric::MAX_ATTRIBUTES;
+use crate::regions;
 use crate::simplify::{Descent, Options, Stop};
+use crate::stage::Stage;
 
 /// One level of detail.
 #[derive(Clone, Debug)]
@@ -47,15 +49,26 @@ pub fn simplify_chain(
     removed: &AtomicUsize,
 ) -> Result<Vec<Level>> {
     check(mesh, targets, options)?;
-    let mut descent = Descent::new(mesh, options);
-    let range = color_range(mesh);
-    let levels = targets.iter().map(|&target| {
+    let stage = Stage::new(mesh, &options.weights);
+    let max_error = options.max_error.map_or(f64::INFINITY, |limit| limit / stage.metric.unit);
+    let begin = |stage: Stage, target: usize| {
+        let stage = regions::descend(stage, mesh, target, max_error, removed);
+        Descent::new(mesh, stage, &[], max_error)
+    };
+    let Some(&first) = targets.first() else { return Ok(Vec::new()) };
+    let (mut descent, range) = (begin(stage, first), color_range(mesh));
+    let mut levels = Vec::with_capacity(targets.len());
+    for &target in targets {
+        if regions::is_large(descent.triangles(), target) {
+            descent = begin(descent.into_stage(), target);
+        }
         let stopped = descent.descend(target, removed);
         let (mut level, point_sources, wedge_sources) = descent.snapshot();
         finish_attributes(&mut level, &range);
-        Level { mesh: level, point_sources, wedge_sources, target, error: descent.error(), stopped }
-    });
-    Ok(levels.collect())
+        let error = descent.error();
+        levels.push(Level { mesh: level, point_sources, wedge_sources, target, error, stopped });
+    }
+    Ok(levels)
 }
 
 fn check(mesh: &Mesh, targets: &[usize], options: &Options) -> Result<()> {

@@ -1,5 +1,7 @@
 //! What kind of edge two triangles meet at, and how many there are of each.
 
+use rayon::prelude::*;
+
 use crate::id::{PointId, WedgeId};
 use crate::mesh::Mesh;
 
@@ -30,7 +32,7 @@ pub(crate) fn visit_edges(mesh: &Mesh, mut visit: impl FnMut(EdgeKind, &[Side]))
             sides.push(([from.min(to), from.max(to)], triangle));
         }
     }
-    sides.sort_unstable();
+    sides.par_sort_unstable();
     for run in sides.chunk_by(|a, b| a.0 == b.0) {
         let kind = match run {
             [_] => EdgeKind::Border,

@@ -28,10 +28,12 @@ mod polish;
 mod quadric;
 mod queue;
 mod ray;
+mod regions;
 mod sample;
 mod shape;
 mod simplify;
 mod solve;
+mod stage;
 mod surface;
 mod tangent;
 #[cfg(test)]

@@ -97,6 +97,32 @@ impl Metric {
         metric
     }
 
+    /// The same space with nothing in it, and room for so many points and wedges.
+    pub(crate) fn empty_like(&self, points: usize, wedges: usize) -> Self {
+        Self {
+            unit: self.unit,
+            center: self.center,
+            positions: Vec::with_capacity(points),
+            attributes: self.attributes,
+            rows: Vec::with_capacity(wedges * self.attributes),
+            scales: self.scales.clone(),
+            quadrics: Vec::with_capacity(wedges * quadric::stride(self.attributes)),
+            constraints: Vec::with_capacity(points),
+        }
+    }
+
+    /// Adds a point of another metric of the same space.
+    pub(crate) fn push_point(&mut self, from: &Self, point: PointId) {
+        self.positions.push(from.positions[point]);
+        self.constraints.push(from.constraints[point]);
+    }
+
+    /// Adds a wedge of another metric of the same space.
+    pub(crate) fn push_wedge(&mut self, from: &Self, wedge: WedgeId) {
+        self.rows.extend_from_slice(from.row(wedge));
+        self.quadrics.extend_from_slice(from.quadric(wedge));
+    }
+
     fn scale_rows(&mut self, mesh: &Mesh) {
         let mut done = vec![false; mesh.wedge_points.len()];
         for (wedges, group) in mesh.triangles.iter().zip(&mesh.groups) {

@@ -33,10 +33,15 @@ impl Queue {
         self.heap.pop().map(|Reverse(entry)| entry as u32)
     }
 
+    /// The least cost that waits, infinite if nothing does.
+    pub(crate) fn least(&self) -> f64 {
+        let cost = |entry: u64| f64::from(f32::from_bits((entry >> 32) as u32));
+        self.heap.peek().map_or(f64::INFINITY, |Reverse(entry)| cost(*entry))
+    }
+
     /// Whether something waits that costs less than `cost`.
     pub(crate) fn has_cheaper(&self, cost: f64) -> bool {
-        let least = self.heap.peek().map(|Reverse(entry)| f32::from_bits((entry >> 32) as u32));
-        least.is_some_and(|least| least < cost as f32)
+        self.least() < f64::from(cost as f32)
     }
 }
 

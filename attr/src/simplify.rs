@@ -11,6 +11,7 @@ use crate::marks::Marks;
 use crate::mesh::{Layout, Mesh};
 use crate::metric::{Metric, Weights};
 use crate::queue::Queue;
+use crate::stage::{Key, Numbers, Stage};
 use crate::topology::Topology;
 
 /// Shells of up to this many triangles may vanish as a whole once none of their edges can
@@ -19,6 +20,9 @@ const SMALL_SHELL: usize = 16;
 /// Collapses that were found illegal are tried again each time the mesh has shrunk to this share
 /// of its size: what surrounded them has changed by then.
 const RETRY_SHARE: f64 = 0.9;
+
+/// Edges that one thread prices at least before another is asked.
+const RANKED_AT_ONCE: usize = 1 << 15;
 
 /// Options of a simplification.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -59,6 +63,10 @@ pub(crate) struct Descent<'a> {
     layout: Layout,
     topology: Topology,
     metric: Metric,
+    /// Per triangle.
+    groups: Vec<u32>,
+    /// The share of its points that may move.
+    free_share: f64,
     /// Edges by their ids, and beyond those shells by one of their points.
     queue: Queue,
     /// Per edge: whether it was found illegal and waits for its surroundings to change.
@@ -75,25 +83,34 @@ pub(crate) struct Descent<'a> {
 }
 
 impl<'a> Descent<'a> {
-    pub(crate) fn new(source: &'a Mesh, options: &Options) -> Self {
-        let metric = Metric::new(source, &options.weights);
-        let (points, wedges) = (source.positions.len(), source.wedge_points.len());
-        let topology = Topology::new(source);
+    /// `stage` was made from `source`. Edges with a point that is `locked` stay as they are.
+    /// `max_error` is in the units of the metric.
+    pub(crate) fn new(source: &'a Mesh, stage: Stage, locked: &[bool], max_error: f64) -> Self {
+        let (points, wedges) = (stage.point_sources.len(), stage.wedge_points.len());
+        let topology = Topology::new(stage.triangles, stage.wedge_points, points);
+        let held = locked.iter().filter(|locked| **locked).count();
         Self {
             source,
             layout: source.layout,
-            queue: rank_all(&topology, &metric, wedges),
+            queue: rank_all(&topology, &stage.metric, wedges, locked),
+            metric: stage.metric,
+            groups: stage.groups,
+            free_share: 1.0 - held as f64 / points.max(1) as f64,
             aside: vec![false; topology.edge_count()],
             rejected: Vec::new(),
             plan: Plan::new(points, wedges),
             counts: Marks::new(points),
-            point_sources: (0..points).map(PointId::new).collect(),
-            wedge_sources: (0..wedges).map(WedgeId::new).collect(),
-            max_error: options.max_error.map_or(f64::INFINITY, |limit| limit / metric.unit),
-            error: 0.0,
+            point_sources: stage.point_sources,
+            wedge_sources: stage.wedge_sources,
+            max_error,
+            error: stage.error,
             topology,
-            metric,
         }
+    }
+
+    /// The share of its points that may move.
+    pub(crate) fn free_share(&self) -> f64 {
+        self.free_share
     }
 
     /// Triangles now.
@@ -108,8 +125,17 @@ impl<'a> Descent<'a> {
 
     /// Collapses until at most `target` triangles are left, counting on `removed` as it goes.
     pub(crate) fn descend(&mut self, target: usize, removed: &AtomicUsize) -> Option<Stop> {
+        self.descend_while(|_, triangles| triangles > target, removed)
+    }
+
+    /// Collapses while `goes_on` says so of the least cost that waits and of the triangles left.
+    pub(crate) fn descend_while(
+        &mut self,
+        mut goes_on: impl FnMut(f64, usize) -> bool,
+        removed: &AtomicUsize,
+    ) -> Option<Stop> {
         let mut retried_at = self.triangles();
-        while self.triangles() > target {
+        while goes_on(self.queue.least(), self.triangles()) {
             if (self.triangles() as f64) < RETRY_SHARE * retried_at as f64 {
                 retried_at = self.triangles();
                 self.retry_rejected();
@@ -268,18 +294,39 @@ impl<'a> Descent<'a> {
         Ok(shell.len())
     }
 
+    /// The surface as it stands, without what is gone.
+    pub(crate) fn into_stage(self) -> Stage {
+        let (points, wedges) = (self.point_sources.len(), self.wedge_sources.len());
+        let (triangles, live, wedge_points) = self.topology.into_parts();
+        let whole = Stage {
+            metric: self.metric,
+            triangles,
+            groups: self.groups,
+            wedge_points,
+            point_sources: self.point_sources,
+            wedge_sources: self.wedge_sources,
+            error: self.error,
+        };
+        let left = live.iter().filter(|live| **live).count();
+        let (mut stage, mut numbers) = (whole.empty_like(left), Numbers::new(points, wedges));
+        for triangle in (0..live.len()).map(TriangleId::new).filter(|&t| live[t]) {
+            stage.add(&whole, triangle, Key::Own, &mut numbers);
+        }
+        stage
+    }
+
     /// The mesh as it stands, and for each of its points and wedges the one of the source that it
     /// stands for.
     pub(crate) fn snapshot(&self) -> (Mesh, Vec<PointId>, Vec<WedgeId>) {
         let mut mesh = Mesh { layout: self.layout, ..Mesh::default() };
         let (mut point_sources, mut wedge_sources) = (Vec::new(), Vec::new());
-        let mut new_points = vec![None; self.source.positions.len()];
-        let mut new_wedges = vec![None; self.source.wedge_points.len()];
-        for triangle in (0..self.source.triangles.len()).map(TriangleId::new) {
+        let mut new_points = vec![None; self.point_sources.len()];
+        let mut new_wedges = vec![None; self.wedge_sources.len()];
+        for triangle in (0..self.groups.len()).map(TriangleId::new) {
             if !self.topology.is_live(triangle) {
                 continue;
             }
-            let group = self.source.groups[triangle];
+            let group = self.groups[triangle];
             let points = self.topology.points(triangle);
             let wedges = self.topology.wedges(triangle);
             let corners = std::array::from_fn(|slot| {
@@ -302,19 +349,21 @@ impl<'a> Descent<'a> {
     }
 }
 
-/// Prices every edge, in parallel; the order of the queue does not depend on it.
-fn rank_all(topology: &Topology, metric: &Metric, wedges: usize) -> Queue {
+/// Prices every edge that is free to move, in parallel; the order of the queue does not depend on
+/// it.
+fn rank_all(topology: &Topology, metric: &Metric, wedges: usize, locked: &[bool]) -> Queue {
     let points = metric.positions.len();
-    let prices: Vec<f64> = (0..topology.edge_count())
+    let is_free = |ends: &[PointId; 2]| !ends.iter().any(|p| locked.get(p.index()) == Some(&true));
+    let prices: Vec<Option<f64>> = (0..topology.edge_count())
         .into_par_iter()
-        .with_min_len(1024)
+        .with_min_len(RANKED_AT_ONCE)
         .map_init(
             || Plan::new(points, wedges),
             |plan, edge| {
-                let ends = topology.ends(EdgeId::new(edge));
-                ends.map_or(f64::INFINITY, |points| plan.price(topology, metric, points))
+                let ends = topology.ends(EdgeId::new(edge)).filter(is_free)?;
+                Some(plan.price(topology, metric, ends))
             },
         )
         .collect();
-    Queue::new(prices.into_iter().zip(0..))
+    Queue::new(prices.into_iter().zip(0..).filter_map(|(price, edge)| Some((price?, edge))))
 }

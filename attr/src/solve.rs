@@ -10,12 +10,15 @@ use crate::quadric::PointQuadric;
 /// The pull makes every direction count: on a flat patch or along a straight edge, where the
 /// quadric alone has no single minimum, the answer is the one nearest to `anchor` instead of a
 /// point far away. `None` if the sum is still not positive definite, which rounding can cause when
-/// `pull` is zero or vanishes beside the quadric.
+/// `pull` is zero or vanishes beside the quadric (Sylvester's criterion).
 pub(crate) fn minimize(quadric: &PointQuadric, anchor: DVec3, pull: f64) -> Option<DVec3> {
     let [xx, xy, xz, yy, yz, zz] = quadric.a;
-    let matrix = Matrix3::new(xx + pull, xy, xz, xy, yy + pull, yz, xz, yz, zz + pull);
+    let (xx, yy, zz) = (xx + pull, yy + pull, zz + pull);
+    let matrix = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+    let is_definite = xx > 0.0 && xx * yy > xy * xy && matrix.determinant() > 0.0;
+    let inverse = matrix.try_inverse().filter(|_| is_definite)?;
     let right = anchor * pull - quadric.b;
-    let solution = matrix.cholesky()?.solve(&Vector3::new(right.x, right.y, right.z));
+    let solution = inverse * Vector3::new(right.x, right.y, right.z);
     let point = DVec3::new(solution.x, solution.y, solution.z);
     point.is_finite().then_some(point)
 }

@@ -7,7 +7,6 @@
 
 use crate::id::{CornerId, EdgeId, PointId, TriangleId, WedgeId};
 use crate::marks::Marks;
-use crate::mesh::Mesh;
 
 /// End of a corner list.
 const NONE: u32 = u32::MAX;
@@ -32,19 +31,24 @@ pub(crate) struct Topology {
 }
 
 impl Topology {
-    pub(crate) fn new(mesh: &Mesh) -> Self {
-        let points = mesh.positions.len();
+    /// The connectivity of `triangles` over so many points.
+    pub(crate) fn new(
+        triangles: Vec<[WedgeId; 3]>,
+        wedge_points: Vec<PointId>,
+        points: usize,
+    ) -> Self {
+        let count = triangles.len();
         let mut topology = Self {
-            triangles: mesh.triangles.clone(),
-            edges: vec![[EdgeId::default(); 3]; mesh.triangles.len()],
-            ends: Vec::with_capacity(mesh.triangles.len() * 3 / 2),
-            wedge_points: mesh.wedge_points.clone(),
+            triangles,
+            edges: vec![[EdgeId::default(); 3]; count],
+            ends: Vec::with_capacity(count * 3 / 2),
+            wedge_points,
             sole_wedges: vec![None; points],
-            live: vec![true; mesh.triangles.len()],
-            live_count: mesh.triangles.len(),
+            live: vec![true; count],
+            live_count: count,
             first: vec![NONE; points],
             last: vec![NONE; points],
-            next: vec![NONE; mesh.triangles.len() * 3],
+            next: vec![NONE; count * 3],
         };
         for corner in 0..topology.next.len() {
             let corner = CornerId::new(corner);
@@ -103,6 +107,11 @@ impl Topology {
             last => self.next[last as usize] = corner.0,
         }
         self.last[point] = corner.0;
+    }
+
+    /// The wedges of its triangles, which of them live, and the points of its wedges.
+    pub(crate) fn into_parts(self) -> (Vec<[WedgeId; 3]>, Vec<bool>, Vec<PointId>) {
+        (self.triangles, self.live, self.wedge_points)
     }
 
     /// How many edges there were at first.
@@ -330,7 +339,12 @@ pub(crate) fn on_outline(counts: &Marks, neighbors: &[PointId]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::Mesh;
     use crate::testing::grid;
+
+    fn of(mesh: &Mesh) -> Topology {
+        Topology::new(mesh.triangles.clone(), mesh.wedge_points.clone(), mesh.positions.len())
+    }
 
     fn neighbors(topology: &Topology, point: u32) -> Vec<u32> {
         let (mut counts, mut out) = (Marks::new(16), Vec::new());
@@ -342,14 +356,14 @@ mod tests {
 
     #[test]
     fn a_grid_point_sees_its_six_neighbors_and_a_corner_its_two_or_three() {
-        let topology = Topology::new(&grid(3));
+        let topology = of(&grid(3));
         assert_eq!(neighbors(&topology, 5), [0, 1, 4, 6, 9, 10]);
         assert_eq!(neighbors(&topology, 3), [2, 7]);
     }
 
     #[test]
     fn only_the_rim_is_outline() {
-        let topology = Topology::new(&grid(3));
+        let topology = of(&grid(3));
         let (mut counts, mut out) = (Marks::new(16), Vec::new());
         for point in 0..16 {
             topology.neighbors(PointId(point), &mut counts, &mut out);
@@ -360,7 +374,7 @@ mod tests {
 
     #[test]
     fn removing_and_merging_keep_the_lists_true() {
-        let mut topology = Topology::new(&grid(3));
+        let mut topology = of(&grid(3));
         let shared: Vec<_> = topology
             .corners(PointId(5))
             .map(CornerId::triangle)
@@ -378,7 +392,7 @@ mod tests {
 
     #[test]
     fn edges_keep_their_ids_while_their_ends_move() {
-        let mut topology = Topology::new(&grid(3));
+        let mut topology = of(&grid(3));
         assert_eq!(topology.edge_count(), 2 * 3 * 4 + 9);
         let id = |topology: &Topology, ends: [u32; 2]| {
             let edge = |&edge: &EdgeId| topology.ends(edge) == Some(ends.map(PointId));
@@ -408,7 +422,7 @@ mod tests {
 
     #[test]
     fn a_small_shell_is_found_whole() {
-        let topology = Topology::new(&grid(1));
+        let topology = of(&grid(1));
         let mut seen = Marks::new(4);
         assert_eq!(topology.small_shell(PointId(0), 2, &mut seen).unwrap().len(), 2);
         assert!(topology.small_shell(PointId(0), 1, &mut seen).is_none());
