@@ -1,15 +1,17 @@
 //! Levels of detail from one descent: a level each time a target is passed.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::error::{Error, Result};
+use crate::ground::Ground;
 use crate::id::{PointId, WedgeId};
 use crate::mesh::Mesh;
 use crate::polish::{Polish, Sampled, polish};
 use crate::quadric::MAX_ATTRIBUTES;
 use crate::regions;
 use crate::simplify::{Descent, Options, Stop};
-use crate::stage::Stage;
+use crate::space::Space;
 
 /// One level of detail.
 #[derive(Clone, Debug)]
@@ -49,18 +51,18 @@ pub fn simplify_chain(
     removed: &AtomicUsize,
 ) -> Result<Vec<Level>> {
     check(mesh, targets, options)?;
-    let stage = Stage::new(mesh, &options.weights);
-    let max_error = options.max_error.map_or(f64::INFINITY, |limit| limit / stage.metric.unit);
-    let begin = |stage: Stage, target: usize| {
-        let stage = regions::descend(stage, mesh, target, max_error, removed);
+    let space = Arc::new(Space::new(mesh, options.weights));
+    let max_error = options.max_error.map_or(f64::INFINITY, |limit| limit / space.unit);
+    let begin = |ground: Ground<'_>, target: usize| {
+        let stage = regions::descend(ground, mesh, target, max_error, removed);
         Descent::new(mesh, stage, &[], max_error)
     };
     let Some(&first) = targets.first() else { return Ok(Vec::new()) };
-    let (mut descent, range) = (begin(stage, first), color_range(mesh));
+    let (mut descent, range) = (begin(Ground::Mesh(mesh, space), first), color_range(mesh));
     let mut levels = Vec::with_capacity(targets.len());
     for &target in targets {
         if regions::is_large(descent.triangles(), target) {
-            descent = begin(descent.into_stage(), target);
+            descent = begin(Ground::Stage(Box::new(descent.into_stage())), target);
         }
         let stopped = descent.descend(target, removed);
         let (mut level, point_sources, wedge_sources) = descent.snapshot();

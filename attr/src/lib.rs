@@ -15,11 +15,13 @@
 //! are in closed form, so each wedge reduces to a plain quadric in position; their sum is solved
 //! once, and a seam moves as one.
 
+mod buckets;
 mod bvh;
 mod chain;
 mod collapse;
 mod edges;
 mod error;
+mod ground;
 mod id;
 mod marks;
 mod mesh;
@@ -33,6 +35,7 @@ mod sample;
 mod shape;
 mod simplify;
 mod solve;
+mod space;
 mod stage;
 mod surface;
 mod tangent;

@@ -1,18 +1,14 @@
-//! From a mesh to the space its cost is measured in, and to the quadrics there.
-//!
-//! Positions are moved to the box's centre and scaled to unit extent, so the numbers are the same
-//! for a model in microns and one in light years. Attributes are brought to the same unit: a UV
-//! by √(surface area / UV area) of its group, so that a UV error is the distance that the texture
-//! slides over the surface; normals and colors by a plain weight. An error in any of them is then
-//! a length, and weights say how much one length counts beside another.
+//! From a mesh to its quadrics in the space that costs are measured in.
+
+use std::sync::Arc;
 
 use glam::DVec3;
-use rustc_hash::FxHashMap;
 
 use crate::edges::{EdgeKind, visit_edges};
 use crate::id::{PointId, WedgeId};
 use crate::mesh::Mesh;
-use crate::quadric::{self, Gradient, MAX_ATTRIBUTES, PointQuadric};
+use crate::quadric::{self, Gradient, PointQuadric};
+use crate::space::Space;
 
 /// How much a unit of error in each attribute counts beside a unit of distance.
 ///
@@ -51,23 +47,15 @@ impl Default for Weights {
     }
 }
 
-/// An attribute that is to count for nothing, or a UV set without area, still gets this scale: far
-/// below any error that matters, and its row can be read back.
-const LEAST_SCALE: f64 = 1e-6;
-
-/// Positions, attribute rows and quadrics in the space of the cost.
+/// Positions, attribute rows and quadrics in one space.
 pub(crate) struct Metric {
-    /// Length of one unit, in the units of the mesh.
-    pub(crate) unit: f64,
-    center: DVec3,
+    pub(crate) space: Arc<Space>,
     /// One per point.
     pub(crate) positions: Vec<DVec3>,
     /// Floats in a wedge's row.
     pub(crate) attributes: usize,
     /// A row per wedge.
     pub(crate) rows: Vec<f64>,
-    /// What each entry of a row was multiplied by: a row per group.
-    scales: FxHashMap<u32, [f64; MAX_ATTRIBUTES]>,
     /// A packed quadric per wedge.
     pub(crate) quadrics: Vec<f64>,
     /// Border and seam planes, one sum per point.
@@ -75,40 +63,46 @@ pub(crate) struct Metric {
 }
 
 impl Metric {
-    /// Measures a mesh. Its layout must not hold more than [`MAX_ATTRIBUTES`] floats.
-    pub(crate) fn new(mesh: &Mesh, weights: &Weights) -> Self {
-        let (center, unit) = frame(mesh);
-        let positions: Vec<DVec3> =
-            mesh.positions.iter().map(|p| (p.as_dvec3() - center) / unit).collect();
+    /// Measures a mesh, or a piece of the one that `space` was made for. Its layout must not hold
+    /// more than [`MAX_ATTRIBUTES`](quadric::MAX_ATTRIBUTES) floats.
+    pub(crate) fn new(mesh: &Mesh, space: &Arc<Space>) -> Self {
         let attributes = mesh.layout.len();
         let mut metric = Self {
-            unit,
-            center,
-            positions,
+            space: Arc::clone(space),
+            positions: mesh.positions.iter().map(|&p| space.place(p)).collect(),
             attributes,
             rows: mesh.attributes.iter().map(|&x| f64::from(x)).collect(),
-            scales: scales(mesh, weights, unit),
             quadrics: vec![0.0; mesh.wedge_points.len() * quadric::stride(attributes)],
             constraints: vec![PointQuadric::default(); mesh.positions.len()],
         };
         metric.scale_rows(mesh);
         metric.add_triangles(mesh);
-        metric.add_outlines(mesh, weights);
+        metric.add_outlines(mesh);
         metric
     }
 
-    /// The same space with nothing in it, and room for so many points and wedges.
-    pub(crate) fn empty_like(&self, points: usize, wedges: usize) -> Self {
+    /// Nothing yet, with room for so many points and wedges of `attributes` floats.
+    pub(crate) fn empty(
+        space: &Arc<Space>,
+        attributes: usize,
+        [points, wedges]: [usize; 2],
+    ) -> Self {
         Self {
-            unit: self.unit,
-            center: self.center,
+            space: Arc::clone(space),
             positions: Vec::with_capacity(points),
-            attributes: self.attributes,
-            rows: Vec::with_capacity(wedges * self.attributes),
-            scales: self.scales.clone(),
-            quadrics: Vec::with_capacity(wedges * quadric::stride(self.attributes)),
+            attributes,
+            rows: Vec::with_capacity(wedges * attributes),
+            quadrics: Vec::with_capacity(wedges * quadric::stride(attributes)),
             constraints: Vec::with_capacity(points),
         }
+    }
+
+    /// Forgets all but the first points and wedges.
+    pub(crate) fn truncate(&mut self, points: usize, wedges: usize) {
+        self.positions.truncate(points);
+        self.constraints.truncate(points);
+        self.rows.truncate(wedges * self.attributes);
+        self.quadrics.truncate(wedges * quadric::stride(self.attributes));
     }
 
     /// Adds a point of another metric of the same space.
@@ -124,10 +118,11 @@ impl Metric {
     }
 
     fn scale_rows(&mut self, mesh: &Mesh) {
+        let space = Arc::clone(&self.space);
         let mut done = vec![false; mesh.wedge_points.len()];
         for (wedges, group) in mesh.triangles.iter().zip(&mesh.groups) {
             for wedge in wedges.iter().filter(|w| !std::mem::replace(&mut done[**w], true)) {
-                let scales = self.scales[group];
+                let scales = *space.scales(*group);
                 for (x, scale) in self.row_mut(*wedge).iter_mut().zip(scales) {
                     *x *= scale;
                 }
@@ -160,7 +155,8 @@ impl Metric {
     /// Adds a plane through each border and seam edge, perpendicular to its triangle, so that
     /// outlines and seams stay where they are (Garland & Heckbert 1997, §6). Weighted by the
     /// edge's squared length. A crease needs none: the surface bends there.
-    fn add_outlines(&mut self, mesh: &Mesh, weights: &Weights) {
+    fn add_outlines(&mut self, mesh: &Mesh) {
+        let weights = self.space.weights;
         visit_edges(mesh, |kind, sides| {
             let weight = match kind {
                 EdgeKind::Inner | EdgeKind::Crease => return,
@@ -209,53 +205,14 @@ impl Metric {
 
     /// A position back in the units of the mesh.
     pub(crate) fn position(&self, point: PointId) -> glam::Vec3 {
-        (self.positions[point] * self.unit + self.center).as_vec3()
+        self.space.unplace(self.positions[point])
     }
 
     /// A wedge's row back in the units of the mesh, appended to `out`.
     pub(crate) fn unscaled_row(&self, wedge: WedgeId, group: u32, out: &mut Vec<f32>) {
-        let scales = self.scales[&group];
+        let scales = *self.space.scales(group);
         out.extend(self.row(wedge).iter().zip(scales).map(|(x, scale)| (x / scale) as f32));
     }
-}
-
-/// The centre of the box around a mesh and the longest of its sides.
-fn frame(mesh: &Mesh) -> (DVec3, f64) {
-    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for p in &mesh.positions {
-        low = low.min(p.as_dvec3());
-        high = high.max(p.as_dvec3());
-    }
-    let extent = (high - low).max_element();
-    if extent > 0.0 { ((low + high) / 2.0, extent) } else { (DVec3::ZERO, 1.0) }
-}
-
-/// What each entry of a row is multiplied by, for each group.
-fn scales(mesh: &Mesh, weights: &Weights, unit: f64) -> FxHashMap<u32, [f64; MAX_ATTRIBUTES]> {
-    let layout = mesh.layout;
-    let mut areas: FxHashMap<u32, (f64, [f64; MAX_ATTRIBUTES / 2])> = FxHashMap::default();
-    for (triangle, (wedges, group)) in mesh.triangles.iter().zip(&mesh.groups).enumerate() {
-        let p = mesh.triangle_positions(triangle).map(|p| p.as_dvec3() / unit);
-        let (surface, uv) = areas.entry(*group).or_default();
-        *surface += (p[1] - p[0]).cross(p[2] - p[0]).length() / 2.0;
-        for (set, area) in uv.iter_mut().enumerate().take(layout.uv_sets) {
-            let t = wedges.map(|wedge| mesh.uv(wedge, set).as_dvec2());
-            *area += (t[1] - t[0]).perp_dot(t[2] - t[0]).abs() / 2.0;
-        }
-    }
-    let row = |(surface, uv): (f64, [f64; MAX_ATTRIBUTES / 2])| {
-        let mut row = [0.0; MAX_ATTRIBUTES];
-        for set in 0..layout.uv_sets {
-            let per_uv = if uv[set] > 0.0 { (surface / uv[set]).sqrt() } else { 0.0 };
-            row[layout.uv(set)..][..2].fill(weights.uv * per_uv);
-        }
-        if layout.normal {
-            row[layout.normal()..][..3].fill(weights.normal);
-        }
-        row[layout.color()..][..layout.color].fill(weights.color);
-        row.map(|scale| scale.max(LEAST_SCALE))
-    };
-    areas.into_iter().map(|(group, areas)| (group, row(areas))).collect()
 }
 
 #[cfg(test)]
@@ -263,10 +220,14 @@ mod tests {
     use super::*;
     use crate::testing::{grid, sphere};
 
+    fn metric(mesh: &Mesh, weights: Weights) -> Metric {
+        Metric::new(mesh, &Arc::new(Space::new(mesh, weights)))
+    }
+
     #[test]
     fn a_row_comes_back_from_the_metric_as_it_went_in() {
         let mesh = sphere(8);
-        let metric = Metric::new(&mesh, &Weights::default());
+        let metric = metric(&mesh, Weights::default());
         for (wedge, expected) in mesh.attributes.chunks_exact(5).enumerate() {
             let mut row = Vec::new();
             metric.unscaled_row(WedgeId::new(wedge), 0, &mut row);
@@ -282,14 +243,14 @@ mod tests {
         for p in &mut mesh.positions {
             *p *= 10.0;
         }
-        let metric = Metric::new(&mesh, &Weights { uv: 1.0, ..Weights::default() });
+        let metric = metric(&mesh, Weights { uv: 1.0, ..Weights::default() });
         let far = metric.row(mesh.triangles.last().expect("a triangle")[1]);
         assert!((far[0] - 1.0).abs() < 1e-6, "one square is one unit wide, so is its texture");
     }
 
     #[test]
     fn only_borders_are_constrained_on_a_plain_grid() {
-        let metric = Metric::new(&grid(3), &Weights::default());
+        let metric = metric(&grid(3), Weights::default());
         for (point, constraint) in metric.constraints.iter().enumerate() {
             let inner = matches!(point, 5 | 6 | 9 | 10);
             assert_eq!(*constraint == PointQuadric::default(), inner, "point {point}");

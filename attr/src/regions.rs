@@ -16,10 +16,12 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::id::TriangleId;
+use crate::buckets::Buckets;
+use crate::ground::Ground;
+use crate::id::{CornerId, TriangleId};
 use crate::mesh::Mesh;
 use crate::simplify::Descent;
-use crate::stage::{Key, Numbers, Stage};
+use crate::stage::{Numbers, Stage};
 
 /// Triangles of a region. Its points and wedges take about a megabyte with five attributes.
 const REGION: usize = 8192;
@@ -35,20 +37,20 @@ pub(crate) fn is_large(triangles: usize, target: usize) -> bool {
     triangles >= LEAST && target as f64 <= NEAR * triangles as f64
 }
 
-/// Takes `stage` near `target` triangles, and never below, if it is large.
+/// Takes a surface near `target` triangles, and never below, if it is large.
 pub(crate) fn descend(
-    mut stage: Stage,
+    mut ground: Ground<'_>,
     source: &Mesh,
     target: usize,
     max_error: f64,
     removed: &AtomicUsize,
 ) -> Stage {
     for pass in 0.. {
-        let now = stage.triangles.len();
+        let now = ground.triangles();
         if !is_large(now, target) {
             break;
         }
-        let cut = Cut::new(&stage, source, max_error, pass);
+        let cut = Cut::new(&ground, source, max_error, pass);
         let share = target as f64 / now as f64;
         let limit = cut.find_limit(share);
         let mut next = cut.descend(limit, 0.0);
@@ -57,31 +59,35 @@ pub(crate) fn descend(
         }
         let gone = now - next.triangles.len();
         removed.fetch_add(gone, Ordering::Relaxed);
-        stage = next;
+        ground = Ground::Stage(Box::new(next));
         if (gone as f64) < 0.05 * now as f64 {
             break;
         }
     }
-    stage
+    ground.into_stage()
 }
 
 /// A surface cut into regions.
 struct Cut<'a> {
-    stage: &'a Stage,
+    ground: &'a Ground<'a>,
     source: &'a Mesh,
     max_error: f64,
     regions: Vec<Vec<TriangleId>>,
+    /// Per triangle: its region.
+    owners: Vec<u32>,
+    /// Per point: the corners there, if the ground is yet to be measured.
+    corners: Option<Buckets>,
     /// Per point: whether two regions share it.
     locked: Vec<bool>,
 }
 
 impl<'a> Cut<'a> {
-    fn new(stage: &'a Stage, source: &'a Mesh, max_error: f64, pass: usize) -> Self {
-        let mut keys: Vec<(u64, TriangleId)> = (0..stage.triangles.len())
+    fn new(ground: &'a Ground<'a>, source: &'a Mesh, max_error: f64, pass: usize) -> Self {
+        let mut keys: Vec<(u64, TriangleId)> = (0..ground.triangles())
             .into_par_iter()
             .map(TriangleId::new)
             .map(|t| {
-                let sum: DVec3 = stage.points(t).iter().map(|&p| stage.metric.positions[p]).sum();
+                let sum: DVec3 = ground.points(t).iter().map(|&p| ground.position(p)).sum();
                 (morton(sum / 3.0), t)
             })
             .collect();
@@ -94,17 +100,24 @@ impl<'a> Cut<'a> {
             .filter(|region| !region.is_empty())
             .map(|region| region.iter().map(|&(_, t)| t).collect())
             .collect();
-        let locked = shared_points(stage, &regions);
-        Self { stage, source, max_error, regions, locked }
+        let mut owners = vec![0u32; ground.triangles()];
+        for (owner, region) in (0..).zip(&regions) {
+            region.iter().for_each(|t| owners[t.index()] = owner);
+        }
+        let corners = matches!(ground, Ground::Mesh(..)).then(|| {
+            let points = (0..ground.triangles()).flat_map(|t| ground.points(TriangleId::new(t)));
+            Buckets::new(points.map(|point| point.0), ground.sizes()[0])
+        });
+        let locked = shared_points(ground, &owners);
+        Self { ground, source, max_error, regions, owners, corners, locked }
     }
 
     /// The cost at which about the share `share` of all triangles is left, as a sample of the
     /// regions has it.
     fn find_limit(&self, share: f64) -> f64 {
-        let sampled: Vec<&Vec<TriangleId>> =
-            self.regions.iter().skip(SAMPLED / 2).step_by(SAMPLED).collect();
-        let traces: Vec<(Trace, f64)> =
-            self.in_parallel(&sampled, |descent| trace(descent, share)).collect();
+        let sampled: Vec<usize> =
+            (0..self.regions.len()).skip(SAMPLED / 2).step_by(SAMPLED).collect();
+        let traces = self.in_parallel(&sampled, |descent| trace(descent, share));
         let deepest = traces.iter().filter_map(|(trace, _)| trace.last());
         // Beyond where the shallowest trace ends, the sample says less than it seems to.
         let most = deepest.map(|&(cost, _)| cost).fold(f64::INFINITY, f64::min);
@@ -122,62 +135,61 @@ impl<'a> Cut<'a> {
     /// Every region taken down to a cost, none below a share of its triangles, and all of them in one
     /// again.
     fn descend(&self, limit: f64, least_share: f64) -> Stage {
-        let regions: Vec<&Vec<TriangleId>> = self.regions.iter().collect();
+        let regions: Vec<usize> = (0..self.regions.len()).collect();
         let unheard = AtomicUsize::new(0);
-        let parts: Vec<Stage> = self
-            .in_parallel(&regions, |mut descent| {
-                let least = (descent.triangles() as f64 * least_share).ceil() as usize;
-                // A step takes up to fifteen triangles more than one.
-                let goes_on = |cost, triangles| cost <= limit && triangles > least + 15;
-                descent.descend_while(goes_on, &unheard);
-                descent.into_stage()
-            })
-            .collect();
-        let triangles = parts.iter().map(|part| part.triangles.len()).sum();
-        let mut joined = self.stage.empty_like(triangles);
-        let mut numbers = Numbers::new(self.source.positions.len(), self.source.wedge_points.len());
-        for part in parts {
-            joined.error = joined.error.max(part.error);
-            for triangle in (0..part.triangles.len()).map(TriangleId::new) {
-                joined.add(&part, triangle, Key::Source, &mut numbers);
-            }
-        }
-        joined
+        let pieces = self.in_parallel(&regions, |mut descent| {
+            let least = (descent.triangles() as f64 * least_share).ceil() as usize;
+            // A step takes up to fifteen triangles more than one.
+            let goes_on = |cost, triangles| cost <= limit && triangles > least + 15;
+            descent.descend_while(goes_on, &unheard);
+            descent.into_stage()
+        });
+        let (points, wedges) = (self.source.positions.len(), self.source.wedge_points.len());
+        Stage::join(pieces, &mut Numbers::new(points, wedges)).expect("a region at least")
     }
 
     /// Runs on each of the regions, in order.
     fn in_parallel<T: Send>(
         &self,
-        regions: &[&Vec<TriangleId>],
+        regions: &[usize],
         run: impl Fn(Descent<'a>) -> T + Sync,
-    ) -> impl Iterator<Item = T> {
-        let stage = self.stage;
-        let results: Vec<T> = regions
+    ) -> Vec<T> {
+        let [points, wedges] = self.ground.sizes();
+        regions
             .par_iter()
             .with_min_len(regions.len() / (8 * rayon::current_num_threads()))
             .map_init(
-                || Numbers::new(stage.point_sources.len(), stage.wedge_points.len()),
-                |numbers, region| run(self.descent(region, numbers)),
+                || Numbers::new(points, wedges),
+                |numbers, &region| run(self.descent(region, numbers)),
             )
-            .collect();
-        results.into_iter()
+            .collect()
     }
 
-    fn descent(&self, region: &[TriangleId], numbers: &mut Numbers) -> Descent<'a> {
-        numbers.clear();
-        let mut piece = self.stage.empty_like(region.len());
-        for &triangle in region {
-            piece.add(self.stage, triangle, Key::Own, numbers);
-        }
+    fn descent(&self, region: usize, numbers: &mut Numbers) -> Descent<'a> {
+        let triangles = &self.regions[region];
+        let piece = self.ground.piece(triangles, &self.rim(region), numbers);
         let mut locked = vec![false; piece.point_sources.len()];
-        for &triangle in region {
-            for point in self.stage.points(triangle) {
-                if let Some(number) = numbers.point(point) {
-                    locked[number] = self.locked[point];
-                }
+        for point in triangles.iter().flat_map(|&t| self.ground.points(t)) {
+            if let Some(number) = numbers.point(point) {
+                locked[number] = self.locked[point];
             }
         }
         Descent::new(self.source, piece, &locked, self.max_error)
+    }
+
+    /// The triangles of other regions at the points of one, if they are asked for.
+    fn rim(&self, region: usize) -> Vec<TriangleId> {
+        let Some(corners) = &self.corners else { return Vec::new() };
+        let points = self.regions[region].iter().flat_map(|&t| self.ground.points(t));
+        let mut rim: Vec<TriangleId> = points
+            .filter(|&point| self.locked[point])
+            .flat_map(|point| corners.of(point.index()))
+            .map(|&corner| CornerId(corner).triangle())
+            .filter(|&triangle| self.owners[triangle] as usize != region)
+            .collect();
+        rim.sort_unstable();
+        rim.dedup();
+        rim
     }
 }
 
@@ -206,16 +218,12 @@ fn trace(mut descent: Descent<'_>, share: f64) -> (Trace, f64) {
 }
 
 /// Per point: whether triangles of two regions meet there.
-fn shared_points(stage: &Stage, regions: &[Vec<TriangleId>]) -> Vec<bool> {
-    const NONE: u32 = u32::MAX;
-    let mut owners = vec![NONE; stage.point_sources.len()];
-    let mut shared = vec![false; owners.len()];
-    for (owner, region) in (0..).zip(regions) {
-        for point in region.iter().flat_map(|&triangle| stage.points(triangle)) {
-            if owners[point.index()] == NONE {
-                owners[point.index()] = owner;
-            }
-            shared[point.index()] |= owners[point.index()] != owner;
+fn shared_points(ground: &Ground<'_>, owners: &[u32]) -> Vec<bool> {
+    let mut first = vec![None; ground.sizes()[0]];
+    let mut shared = vec![false; first.len()];
+    for (triangle, &owner) in owners.iter().enumerate() {
+        for point in ground.points(TriangleId::new(triangle)) {
+            shared[point.index()] |= *first[point.index()].get_or_insert(owner) != owner;
         }
     }
     shared
@@ -238,8 +246,15 @@ fn spread(x: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::sync::Arc;
+
     use crate::metric::Weights;
+    use crate::space::Space;
     use crate::testing::{grid, sphere};
+
+    fn whole(mesh: &Mesh) -> Ground<'_> {
+        Ground::Mesh(mesh, Arc::new(Space::new(mesh, Weights::default())))
+    }
 
     #[test]
     fn the_curve_goes_through_the_octants_in_turn() {
@@ -253,7 +268,7 @@ mod tests {
     #[test]
     fn a_plain_where_nothing_costs_anything_does_not_go_below_its_target() {
         let mesh = grid(260);
-        let stage = Stage::new(&mesh, &Weights::default());
+        let stage = whole(&mesh);
         let target = mesh.triangles.len() / 2;
         let next = descend(stage, &mesh, target, f64::INFINITY, &AtomicUsize::new(0));
         assert!((target..target * 3 / 2).contains(&next.triangles.len()));
@@ -267,7 +282,7 @@ mod tests {
     #[test]
     fn regions_hold_every_triangle_once_and_rims_are_locked() {
         let mesh = large();
-        let stage = Stage::new(&mesh, &Weights::default());
+        let stage = whole(&mesh);
         for pass in 0..2 {
             let cut = Cut::new(&stage, &mesh, f64::INFINITY, pass);
             let mut all: Vec<TriangleId> = cut.regions.concat();
@@ -286,7 +301,7 @@ mod tests {
         let (target, removed) = (mesh.triangles.len() / 2, AtomicUsize::new(0));
         let on = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            let stage = Stage::new(&mesh, &Weights::default());
+            let stage = whole(&mesh);
             pool.install(|| descend(stage, &mesh, target, f64::INFINITY, &removed))
         };
         let (one, three) = (on(1), on(3));

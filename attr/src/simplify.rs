@@ -120,7 +120,7 @@ impl<'a> Descent<'a> {
 
     /// Root of the largest area-weighted cost of any collapse so far, in the units of the mesh.
     pub(crate) fn error(&self) -> f64 {
-        self.error * self.metric.unit
+        self.error * self.metric.space.unit
     }
 
     /// Collapses until at most `target` triangles are left, counting on `removed` as it goes.
@@ -308,7 +308,11 @@ impl<'a> Descent<'a> {
             error: self.error,
         };
         let left = live.iter().filter(|live| **live).count();
-        let (mut stage, mut numbers) = (whole.empty_like(left), Numbers::new(points, wedges));
+        // A surface has about half as many points as triangles, and hardly more wedges.
+        let sizes = [left, left * 5 / 8, left * 5 / 8];
+        let mut stage = Stage::empty(&whole.metric.space, whole.metric.attributes, sizes);
+        stage.error = whole.error;
+        let mut numbers = Numbers::new(points, wedges);
         for triangle in (0..live.len()).map(TriangleId::new).filter(|&t| live[t]) {
             stage.add(&whole, triangle, Key::Own, &mut numbers);
         }

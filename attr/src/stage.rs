@@ -1,10 +1,13 @@
 //! A surface between two descents: its triangles, and what the metric knows of its points and
 //! wedges.
 
+use std::sync::Arc;
+
 use crate::id::{PointId, TriangleId, WedgeId};
 use crate::marks::Marks;
 use crate::mesh::Mesh;
-use crate::metric::{Metric, Weights};
+use crate::metric::Metric;
+use crate::space::Space;
 
 /// A surface, or a piece of one, in the space of the metric.
 pub(crate) struct Stage {
@@ -31,6 +34,31 @@ impl Numbers {
         Self { points: Marks::new(points), wedges: Marks::new(wedges) }
     }
 
+    /// The new number of a wedge, or one that `make` gives it.
+    pub(crate) fn wedge_or(
+        &mut self,
+        wedge: WedgeId,
+        make: impl FnOnce(&mut Self) -> WedgeId,
+    ) -> WedgeId {
+        self.wedges.get(wedge.index()).map_or_else(
+            || {
+                let number = make(self);
+                self.wedges.set(wedge.index(), number.0);
+                number
+            },
+            WedgeId,
+        )
+    }
+
+    /// The new number of a point, or one that `make` gives it.
+    pub(crate) fn point_or(&mut self, point: PointId, make: impl FnOnce() -> PointId) -> PointId {
+        PointId(self.points.get(point.index()).unwrap_or_else(|| {
+            let number = make();
+            self.points.set(point.index(), number.0);
+            number.0
+        }))
+    }
+
     /// The new number of a point that was told apart by its own id.
     pub(crate) fn point(&self, point: PointId) -> Option<usize> {
         self.points.get(point.index()).map(|number| number as usize)
@@ -54,9 +82,9 @@ pub(crate) enum Key {
 
 impl Stage {
     /// A whole mesh.
-    pub(crate) fn new(source: &Mesh, weights: &Weights) -> Self {
+    pub(crate) fn new(source: &Mesh, space: &Arc<Space>) -> Self {
         Self {
-            metric: Metric::new(source, weights),
+            metric: Metric::new(source, space),
             triangles: source.triangles.clone(),
             groups: source.groups.clone(),
             wedge_points: source.wedge_points.clone(),
@@ -66,22 +94,41 @@ impl Stage {
         }
     }
 
-    /// Nothing, to be measured by the same metric, with room for `triangles` and as many points and
-    /// wedges as go with them here.
-    pub(crate) fn empty_like(&self, triangles: usize) -> Self {
-        let share = triangles as f64 / self.triangles.len().max(1) as f64;
-        // A piece has a few more than its share along its rim.
-        let room = |count: usize| (1.1 * share.min(1.0) * count as f64) as usize;
-        let (points, wedges) = (room(self.point_sources.len()), room(self.wedge_points.len()));
+    /// Nothing yet, with room for so many triangles, points and wedges.
+    pub(crate) fn empty(
+        space: &Arc<Space>,
+        attributes: usize,
+        [triangles, points, wedges]: [usize; 3],
+    ) -> Self {
         Self {
-            metric: self.metric.empty_like(points, wedges),
+            metric: Metric::empty(space, attributes, [points, wedges]),
             triangles: Vec::with_capacity(triangles),
             groups: Vec::with_capacity(triangles),
             wedge_points: Vec::with_capacity(wedges),
             point_sources: Vec::with_capacity(points),
             wedge_sources: Vec::with_capacity(wedges),
-            error: self.error,
+            error: 0.0,
         }
+    }
+
+    /// Several pieces as one. Points and wedges that stand for the same are the same.
+    pub(crate) fn join(pieces: Vec<Self>, numbers: &mut Numbers) -> Option<Self> {
+        let first = &pieces.first()?.metric;
+        let sum = |count: fn(&Self) -> usize| pieces.iter().map(count).sum();
+        let sizes = [
+            sum(|piece| piece.triangles.len()),
+            sum(|piece| piece.point_sources.len()),
+            sum(|piece| piece.wedge_sources.len()),
+        ];
+        let mut joined = Self::empty(&first.space, first.attributes, sizes);
+        numbers.clear();
+        for piece in pieces {
+            joined.error = joined.error.max(piece.error);
+            for triangle in (0..piece.triangles.len()).map(TriangleId::new) {
+                joined.add(&piece, triangle, Key::Source, numbers);
+            }
+        }
+        Some(joined)
     }
 
     /// The points of a triangle.
@@ -114,16 +161,13 @@ impl Stage {
             Key::Own => wedge,
             Key::Source => from.wedge_sources[wedge],
         };
-        if let Some(number) = numbers.wedges.get(at.index()) {
-            return WedgeId(number);
-        }
-        let point = self.add_point(from, from.wedge_points[wedge], key, numbers);
-        let number = WedgeId::new(self.wedge_points.len());
-        numbers.wedges.set(at.index(), number.0);
-        self.wedge_points.push(point);
-        self.wedge_sources.push(from.wedge_sources[wedge]);
-        self.metric.push_wedge(&from.metric, wedge);
-        number
+        numbers.wedge_or(at, |numbers| {
+            let point = self.add_point(from, from.wedge_points[wedge], key, numbers);
+            self.wedge_points.push(point);
+            self.wedge_sources.push(from.wedge_sources[wedge]);
+            self.metric.push_wedge(&from.metric, wedge);
+            WedgeId::new(self.wedge_points.len() - 1)
+        })
     }
 
     fn add_point(
@@ -137,13 +181,10 @@ impl Stage {
             Key::Own => point,
             Key::Source => from.point_sources[point],
         };
-        if let Some(number) = numbers.points.get(at.index()) {
-            return PointId(number);
-        }
-        let number = PointId::new(self.point_sources.len());
-        numbers.points.set(at.index(), number.0);
-        self.point_sources.push(from.point_sources[point]);
-        self.metric.push_point(&from.metric, point);
-        number
+        numbers.point_or(at, || {
+            self.point_sources.push(from.point_sources[point]);
+            self.metric.push_point(&from.metric, point);
+            PointId::new(self.point_sources.len() - 1)
+        })
     }
 }

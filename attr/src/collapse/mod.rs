@@ -316,9 +316,12 @@ fn root(parents: &mut [u32], mut slot: u32) -> u32 {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
     use crate::Mesh;
     use crate::metric::Weights;
+    use crate::space::Space;
     use crate::testing::{grid, sphere};
 
     fn of(mesh: &Mesh) -> Topology {
@@ -326,7 +329,8 @@ mod tests {
     }
 
     fn plan(mesh: &Mesh, points: [u32; 2]) -> (Topology, Metric, Plan) {
-        let (topology, metric) = (of(mesh), Metric::new(mesh, &Weights::default()));
+        let (topology, metric) =
+            (of(mesh), Metric::new(mesh, &Arc::new(Space::new(mesh, Weights::default()))));
         let mut plan = Plan::new(mesh.positions.len(), mesh.wedge_points.len());
         plan.set(&topology, &metric, points.map(PointId));
         (topology, metric, plan)

@@ -3,8 +3,9 @@
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::pairs::{ByTriangle, Sampled};
+use super::pairs::Sampled;
 use super::system::{Element, Graph, System};
+use crate::buckets::Buckets;
 use crate::id::TriangleId;
 use crate::mesh::Mesh;
 use crate::sample::Sample;
@@ -40,12 +41,12 @@ pub(super) fn fit(source: &Sampled<'_>, samples: &[Sample], level: &mut Mesh, da
         level.wedge_points.len(),
     );
     let by_triangle =
-        ByTriangle::new(pairs.iter().map(|pair| pair.level.triangle), level.triangles.len());
+        Buckets::new(pairs.iter().map(|pair| pair.level.triangle.0), level.triangles.len());
     let triangles = 0..level.triangles.len();
     let elements: Vec<Element<f64>> = triangles
         .clone()
         .into_par_iter()
-        .map(|t| element(by_triangle.on(t).map(|at| &pairs[at])))
+        .map(|t| element(by_triangle.of(t).iter().map(|&at| &pairs[at as usize])))
         .collect();
     let damping = damping * pairs.len() as f64 / level.wedge_points.len() as f64;
     let system = System::new(&graph, &elements, damping);
@@ -57,7 +58,7 @@ pub(super) fn fit(source: &Sampled<'_>, samples: &[Sample], level: &mut Mesh, da
                 .into_par_iter()
                 .map(|t| {
                     let mut right = [0.0; 3];
-                    for pair in by_triangle.on(t).map(|at| &pairs[at]) {
+                    for pair in by_triangle.of(t).iter().map(|&at| &pairs[at as usize]) {
                         let off = value(source.mesh, &pair.source, attribute)
                             - value(level, &pair.level, attribute);
                         (0..3).for_each(|k| right[k] += pair.level.barycentrics[k] * off);

@@ -83,32 +83,3 @@ impl<'a> Sampled<'a> {
         pairs.into_iter().flatten().collect()
     }
 }
-
-/// Entries by the triangle they fall on.
-pub(super) struct ByTriangle {
-    starts: Vec<u32>,
-    order: Vec<u32>,
-}
-
-impl ByTriangle {
-    pub(super) fn new(triangles: impl Iterator<Item = TriangleId> + Clone, count: usize) -> Self {
-        let mut starts = vec![0u32; count + 1];
-        triangles.clone().for_each(|t| starts[t.index() + 1] += 1);
-        for at in 0..count {
-            starts[at + 1] += starts[at];
-        }
-        let mut fill = starts.clone();
-        let mut order = vec![0u32; starts[count] as usize];
-        for (entry, triangle) in triangles.enumerate() {
-            order[fill[triangle.index()] as usize] = entry as u32;
-            fill[triangle.index()] += 1;
-        }
-        Self { starts, order }
-    }
-
-    /// The entries on a triangle, in their order.
-    pub(super) fn on(&self, triangle: usize) -> impl Iterator<Item = usize> + '_ {
-        let range = self.starts[triangle] as usize..self.starts[triangle + 1] as usize;
-        self.order[range].iter().map(|&entry| entry as usize)
-    }
-}

@@ -3,8 +3,9 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::pairs::{ByTriangle, Pair, Sampled};
+use super::pairs::{Pair, Sampled};
 use super::system::{Element, Graph, Symmetric, System};
+use crate::buckets::Buckets;
 use crate::edges::{EdgeKind, visit_edges};
 use crate::mesh::Mesh;
 use crate::sample::Sample;
@@ -39,11 +40,11 @@ pub(super) fn fit(
         level.positions.len(),
     );
     let triangles =
-        there.iter().map(|p| p.foot.triangle).chain(back.iter().map(|p| p.sample.triangle));
-    let by_triangle = ByTriangle::new(triangles, level.triangles.len());
+        there.iter().map(|p| p.foot.triangle.0).chain(back.iter().map(|p| p.sample.triangle.0));
+    let by_triangle = Buckets::new(triangles, level.triangles.len());
     let (elements, right): (Vec<_>, Vec<_>) = (0..level.triangles.len())
         .into_par_iter()
-        .map(|triangle| element(by_triangle.on(triangle).map(|row| &rows[row])))
+        .map(|triangle| element(by_triangle.of(triangle).iter().map(|&row| &rows[row as usize])))
         .unzip();
     let damping = damping * rows.len() as f64 / level.positions.len() as f64;
     let system = System::new(&graph, &elements, damping);

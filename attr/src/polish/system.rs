@@ -10,6 +10,8 @@ use std::ops::{Add, AddAssign, Mul, Sub};
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::buckets::Buckets;
+
 /// Rows that one task works on, and terms that a dot product sums at a time.
 const CHUNK: usize = 2048;
 
@@ -118,38 +120,20 @@ impl Block for Symmetric {
 pub(super) struct Graph {
     /// Three vertices per triangle.
     triangles: Vec<[u32; 3]>,
-    corner_starts: Vec<u32>,
-    corners: Vec<u32>,
+    corners: Buckets,
     neighbor_starts: Vec<u32>,
     neighbors: Vec<u32>,
 }
 
 impl Graph {
     pub(super) fn new(triangles: Vec<[u32; 3]>, vertices: usize) -> Self {
-        let mut corner_starts = vec![0u32; vertices + 1];
-        for &vertex in triangles.as_flattened() {
-            corner_starts[vertex as usize + 1] += 1;
-        }
-        for vertex in 0..vertices {
-            corner_starts[vertex + 1] += corner_starts[vertex];
-        }
-        let mut fill = corner_starts.clone();
-        let mut corners = vec![0u32; triangles.len() * 3];
-        for (corner, &vertex) in triangles.as_flattened().iter().enumerate() {
-            corners[fill[vertex as usize] as usize] = corner as u32;
-            fill[vertex as usize] += 1;
-        }
-        let mut graph = Self {
-            triangles,
-            corner_starts,
-            corners,
-            neighbor_starts: vec![0],
-            neighbors: Vec::new(),
-        };
+        let corners = Buckets::new(triangles.as_flattened().iter().copied(), vertices);
+        let mut graph =
+            Self { triangles, corners, neighbor_starts: vec![0], neighbors: Vec::new() };
         let mut own = Vec::new();
         for vertex in 0..vertices {
             own.clear();
-            for &corner in graph.corners(vertex) {
+            for &corner in graph.corners.of(vertex) {
                 let (triangle, slot) = (corner as usize / 3, corner as usize % 3);
                 let triangle = graph.triangles[triangle];
                 own.extend([triangle[(slot + 1) % 3], triangle[(slot + 2) % 3]]);
@@ -166,10 +150,6 @@ impl Graph {
         self.neighbor_starts.len() - 1
     }
 
-    fn corners(&self, vertex: usize) -> &[u32] {
-        &self.corners[self.corner_starts[vertex] as usize..self.corner_starts[vertex + 1] as usize]
-    }
-
     fn neighbors(&self, vertex: usize) -> std::ops::Range<usize> {
         self.neighbor_starts[vertex] as usize..self.neighbor_starts[vertex + 1] as usize
     }
@@ -181,7 +161,8 @@ impl Graph {
             .with_min_len(CHUNK)
             .map(|vertex| {
                 let mut sum = V::default();
-                self.corners(vertex)
+                self.corners
+                    .of(vertex)
                     .iter()
                     .for_each(|&c| sum += corners.as_flattened()[c as usize]);
                 sum
@@ -296,7 +277,7 @@ fn row<B: Block>(
     let neighbors = &graph.neighbors[graph.neighbors(vertex)];
     let (mut diagonal, mut off) =
         (B::default().damped(damping), vec![B::default(); neighbors.len()]);
-    for &corner in graph.corners(vertex) {
+    for &corner in graph.corners.of(vertex) {
         let (triangle, slot) = (corner as usize / 3, corner as usize % 3);
         let element = &elements[triangle];
         diagonal += element.corners[slot];

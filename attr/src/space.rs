@@ -1,0 +1,89 @@
+//! The space that costs are measured in.
+//!
+//! Positions are moved to the box's centre and scaled to unit extent, so the numbers are the same
+//! for a model in microns and one in light years. Attributes are brought to the same unit: a UV
+//! by √(surface area / UV area) of its group, so that a UV error is the distance that the texture
+//! slides over the surface; normals and colors by a plain weight. An error in any of them is then
+//! a length, and weights say how much one length counts beside another.
+
+use glam::{DVec3, Vec3};
+use rustc_hash::FxHashMap;
+
+use crate::mesh::Mesh;
+use crate::metric::Weights;
+use crate::quadric::MAX_ATTRIBUTES;
+
+/// An attribute that is to count for nothing, or a UV set without area, still gets this scale: far
+/// below any error that matters, and its row can be read back.
+const LEAST_SCALE: f64 = 1e-6;
+
+/// How a mesh lies in the space of its costs.
+pub(crate) struct Space {
+    /// Length of one unit, in the units of the mesh.
+    pub(crate) unit: f64,
+    center: DVec3,
+    /// What each entry of a row is multiplied by: a row per group.
+    scales: FxHashMap<u32, [f64; MAX_ATTRIBUTES]>,
+    pub(crate) weights: Weights,
+}
+
+impl Space {
+    pub(crate) fn new(mesh: &Mesh, weights: Weights) -> Self {
+        let (center, unit) = frame(mesh);
+        Self { unit, center, scales: scales(mesh, weights, unit), weights }
+    }
+
+    /// A position of the mesh here.
+    pub(crate) fn place(&self, position: Vec3) -> DVec3 {
+        (position.as_dvec3() - self.center) / self.unit
+    }
+
+    /// A position back in the units of the mesh.
+    pub(crate) fn unplace(&self, position: DVec3) -> Vec3 {
+        (position * self.unit + self.center).as_vec3()
+    }
+
+    /// What the entries of a group's rows are multiplied by.
+    pub(crate) fn scales(&self, group: u32) -> &[f64; MAX_ATTRIBUTES] {
+        &self.scales[&group]
+    }
+}
+
+/// The centre of the box around a mesh and the longest of its sides.
+fn frame(mesh: &Mesh) -> (DVec3, f64) {
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for p in &mesh.positions {
+        low = low.min(p.as_dvec3());
+        high = high.max(p.as_dvec3());
+    }
+    let extent = (high - low).max_element();
+    if extent > 0.0 { ((low + high) / 2.0, extent) } else { (DVec3::ZERO, 1.0) }
+}
+
+/// What each entry of a row is multiplied by, for each group.
+fn scales(mesh: &Mesh, weights: Weights, unit: f64) -> FxHashMap<u32, [f64; MAX_ATTRIBUTES]> {
+    let layout = mesh.layout;
+    let mut areas: FxHashMap<u32, (f64, [f64; MAX_ATTRIBUTES / 2])> = FxHashMap::default();
+    for (triangle, (wedges, group)) in mesh.triangles.iter().zip(&mesh.groups).enumerate() {
+        let p = mesh.triangle_positions(triangle).map(|p| p.as_dvec3() / unit);
+        let (surface, uv) = areas.entry(*group).or_default();
+        *surface += (p[1] - p[0]).cross(p[2] - p[0]).length() / 2.0;
+        for (set, area) in uv.iter_mut().enumerate().take(layout.uv_sets) {
+            let t = wedges.map(|wedge| mesh.uv(wedge, set).as_dvec2());
+            *area += (t[1] - t[0]).perp_dot(t[2] - t[0]).abs() / 2.0;
+        }
+    }
+    let row = |(surface, uv): (f64, [f64; MAX_ATTRIBUTES / 2])| {
+        let mut row = [0.0; MAX_ATTRIBUTES];
+        for set in 0..layout.uv_sets {
+            let per_uv = if uv[set] > 0.0 { (surface / uv[set]).sqrt() } else { 0.0 };
+            row[layout.uv(set)..][..2].fill(weights.uv * per_uv);
+        }
+        if layout.normal {
+            row[layout.normal()..][..3].fill(weights.normal);
+        }
+        row[layout.color()..][..layout.color].fill(weights.color);
+        row.map(|scale| scale.max(LEAST_SCALE))
+    };
+    areas.into_iter().map(|(group, areas)| (group, row(areas))).collect()
+}
