@@ -92,7 +92,7 @@ pub(crate) fn evaluate(args: &EvaluateArgs, quiet: bool) -> Result<usize> {
     let (mut candidates, mut scenes) = (Vec::new(), Vec::new());
     for path in &args.candidates {
         let compared = load_file(path, &mut cache).and_then(|scene| {
-            let metrics = against.compare(&scene)?;
+            let (metrics, views) = against.compare_by_view(&scene)?;
             if let Some(gallery) = &mut gallery {
                 gallery.add(&scene)?;
             }
@@ -100,7 +100,7 @@ pub(crate) fn evaluate(args: &EvaluateArgs, quiet: bool) -> Result<usize> {
             if args.sheet.is_some() {
                 scenes.push(scene);
             }
-            Ok((triangles, metrics))
+            Ok((triangles, metrics, views))
         });
         let candidate = CandidateReport::new(path.display().to_string(), compared);
         if let Some(complaint) = candidate.complaint() {

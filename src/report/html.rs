@@ -328,8 +328,7 @@ mod tests {
                 file: "<script>.glb".into(),
                 triangles: 6,
                 metrics: Some(Metrics::default()),
-                failure: None,
-                warning: None,
+                ..CandidateReport::default()
             }],
         };
         let mut gallery = Gallery::new(&Scene::default()).unwrap();
