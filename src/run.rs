@@ -86,7 +86,7 @@ pub(crate) fn evaluate(args: &EvaluateArgs, quiet: bool) -> Result<usize> {
     let options = args.resolve();
     let against = Reference::with_mode(&reference, options, args.mode()).map_err(named)?;
     let mut gallery = match &args.report {
-        Some(_) => Some(Gallery::new(&reference)?),
+        Some(_) => Some(Gallery::with_mode(&reference, args.mode())?),
         None => None,
     };
     let (mut candidates, mut scenes) = (Vec::new(), Vec::new());
