@@ -12,9 +12,10 @@ use super::pictures::{AtlasPicture, AtlasPictures, Gallery, Picture};
 use super::table::{COLUMNS, header};
 use super::threads::ThreadTime;
 use super::ticks::grouped;
-use super::{BakeReport, EvaluateReport, Seconds};
+use super::{BakeReport, CandidateReport, EvaluateReport, Seconds};
 use crate::error::{Error, Result};
 use crate::evaluate::heat::{WHITE, heat_color};
+use crate::evaluate::scene::Mode;
 
 /// What the page of a bake shows beyond its report.
 #[derive(Default)]
@@ -143,30 +144,37 @@ pub fn evaluate_page(report: &EvaluateReport, gallery: &Gallery) -> Result<Strin
     let files: Vec<&str> =
         report.candidates.iter().map(|candidate| candidate.file.as_str()).collect();
     let colors = series_colors(&files);
-    let several = colors.iter().any(|color| *color != 0);
-    let short = short_names(&files);
-    let compared = report.candidates.iter().zip(&short).zip(&colors);
+    let all: Vec<&str> = std::iter::once(reference.file.as_str()).chain(files).collect();
+    let short = short_names(&all);
+    let compared = report.candidates.iter().zip(&short[1..]).zip(&colors);
     let measured: Vec<_> = compared
         .filter_map(|((candidate, name), &color)| {
             Some((name.clone(), candidate.triangles, candidate.metrics.as_ref()?, color))
         })
         .collect();
-    let names = std::iter::once((file_name(&reference.file), reference.triangles))
+    let names = std::iter::once((short[0].clone(), reference.triangles))
         .chain(measured.iter().map(|(name, triangles, ..)| (name.clone(), *triangles)));
+    let several = measured.iter().any(|(.., color)| *color != measured[0].3);
+    let own_color = |(candidate, &color): (&CandidateReport, &usize)| {
+        (several && candidate.metrics.is_some()).then_some(color)
+    };
     let own_colors =
-        std::iter::once(None).chain(colors.iter().map(|&color| several.then_some(color)));
+        std::iter::once(None).chain(report.candidates.iter().zip(&colors).map(own_color));
+    let row = |((mut cells, name), color): (([String; COLUMNS], &String), _)| {
+        cells[0].clone_from(name);
+        Row::new(cells, color)
+    };
+    let mut facts = vec![
+        format!("{} triangles", grouped(reference.triangles)),
+        counted(report.candidates.len(), "candidate"),
+    ];
+    if report.mode == Mode::Unlit {
+        facts.push("base color alone, without light".to_owned());
+    }
     render(&Page {
         title: file_name(&reference.file),
-        facts: vec![
-            format!("{} triangles", grouped(reference.triangles)),
-            counted(report.candidates.len(), "candidate"),
-        ],
-        rows: report
-            .rows()
-            .into_iter()
-            .zip(own_colors)
-            .map(|(cells, color)| Row::new(cells, color))
-            .collect(),
+        facts,
+        rows: report.rows().into_iter().zip(&short).zip(own_colors).map(row).collect(),
         header: header("file"),
         notes: report.complaints(),
         charts: charts(&measured),
@@ -313,9 +321,8 @@ fn thread_bars(times: &[ThreadTime]) -> Vec<Bar> {
 mod tests {
     use super::*;
     use crate::evaluate::Metrics;
-    use crate::evaluate::scene::Mode;
     use crate::evaluate::scene::Scene;
-    use crate::report::{CandidateReport, ReferenceReport};
+    use crate::report::ReferenceReport;
 
     #[test]
     fn text_from_files_is_escaped() {
