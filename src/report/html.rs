@@ -14,6 +14,7 @@ use super::threads::ThreadTime;
 use super::ticks::grouped;
 use super::{BakeReport, CandidateReport, EvaluateReport, Seconds};
 use crate::error::{Error, Result};
+use crate::evaluate::Metrics;
 use crate::evaluate::heat::{WHITE, heat_color};
 use crate::evaluate::scene::Mode;
 
@@ -146,17 +147,17 @@ pub fn evaluate_page(report: &EvaluateReport, gallery: &Gallery) -> Result<Strin
     let colors = series_colors(&files);
     let all: Vec<&str> = std::iter::once(reference.file.as_str()).chain(files).collect();
     let short = short_names(&all);
-    let compared = report.candidates.iter().zip(&short[1..]).zip(&colors);
-    let measured: Vec<_> = compared
-        .filter_map(|((candidate, name), &color)| {
-            Some((name.clone(), candidate.triangles, candidate.metrics.as_ref()?, color))
-        })
-        .collect();
+    let named = || report.candidates.iter().zip(&short[1..]);
+    let compared = named().filter(|(candidate, _)| candidate.metrics.is_some());
     let names = std::iter::once((short[0].clone(), reference.triangles))
-        .chain(measured.iter().map(|(name, triangles, ..)| (name.clone(), *triangles)));
-    let several = measured.iter().any(|(.., color)| *color != measured[0].3);
+        .chain(compared.map(|(candidate, name)| (name.clone(), candidate.triangles)));
+    let charted = named().zip(&colors).filter_map(|((candidate, name), &color)| {
+        Some((name.clone(), candidate.triangles, charted_metrics(candidate)?, color))
+    });
+    let charted: Vec<_> = charted.collect();
+    let several = charted.iter().any(|(.., color)| *color != charted[0].3);
     let own_color = |(candidate, &color): (&CandidateReport, &usize)| {
-        (several && candidate.metrics.is_some()).then_some(color)
+        charted_metrics(candidate).filter(|_| several).map(|_| color)
     };
     let own_colors =
         std::iter::once(None).chain(report.candidates.iter().zip(&colors).map(own_color));
@@ -177,9 +178,15 @@ pub fn evaluate_page(report: &EvaluateReport, gallery: &Gallery) -> Result<Strin
         rows: report.rows().into_iter().zip(&short).zip(own_colors).map(row).collect(),
         header: header("file"),
         notes: report.complaints(),
-        charts: charts(&measured),
+        charts: charts(&charted),
         ..Page::of(Some(gallery), names)
     })
+}
+
+/// The figures that the charts show: of a doubtful candidate none, since in other units it would
+/// press all others to the axis.
+fn charted_metrics(candidate: &CandidateReport) -> Option<&Metrics> {
+    candidate.metrics.as_ref().filter(|_| candidate.warning.is_none())
 }
 
 fn render(page: &Page<'_>) -> Result<String> {
@@ -320,27 +327,44 @@ fn thread_bars(times: &[ThreadTime]) -> Vec<Bar> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluate::Metrics;
     use crate::evaluate::scene::Scene;
     use crate::report::ReferenceReport;
 
-    #[test]
-    fn text_from_files_is_escaped() {
+    /// The page of candidates of these names, all of which were compared.
+    fn page_of(candidates: &[(&str, Option<&str>)]) -> String {
+        let mut gallery = Gallery::new(&Scene::default()).unwrap();
+        let candidate = |&(file, warning): &(&str, Option<&str>)| {
+            gallery.add(&Scene::default()).unwrap();
+            CandidateReport {
+                file: file.to_owned(),
+                triangles: 6,
+                metrics: Some(Metrics::default()),
+                warning: warning.map(str::to_owned),
+                ..CandidateReport::default()
+            }
+        };
         let report = EvaluateReport {
             schema: 1,
             reference: ReferenceReport { file: "<b>&\".glb".into(), triangles: 12, diagonal: 1.0 },
             mode: Mode::Lit,
             views: Vec::new(),
-            candidates: vec![CandidateReport {
-                file: "<script>.glb".into(),
-                triangles: 6,
-                metrics: Some(Metrics::default()),
-                ..CandidateReport::default()
-            }],
+            candidates: candidates.iter().map(candidate).collect(),
         };
-        let mut gallery = Gallery::new(&Scene::default()).unwrap();
-        gallery.add(&Scene::default()).unwrap();
-        let page = evaluate_page(&report, &gallery).unwrap();
+        evaluate_page(&report, &gallery).unwrap()
+    }
+
+    #[test]
+    fn a_doubtful_candidate_is_in_no_chart() {
+        let page = page_of(&[("x/a.glb", None), ("x/b.glb", Some("in other units?"))]);
+        assert!(page.contains(">a.glb<") && page.contains(">b.glb<"));
+        assert!(page.contains("x/b.glb: in other units?"));
+        assert!(page.contains("<title>a.glb: 6") && !page.contains("<title>b.glb: 6"));
+        assert!(!page.contains("class=\"dotted\""), "one series needs no key");
+    }
+
+    #[test]
+    fn text_from_files_is_escaped() {
+        let page = page_of(&[("<script>.glb", None)]);
         assert!(!page.contains("<script") && !page.contains("<b>"));
         assert!(page.contains("&#60;script&#62;.glb") && page.contains("&lt;script&gt;.glb: 6"));
     }
