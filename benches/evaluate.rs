@@ -1,11 +1,13 @@
 //! What does it cost to judge a chain? A helmet of 94,722 triangles and 15 textures against its four
-//! levels: 24 views of 512², and 200,000 samples each way; and the two halves of it apart. Skipped
-//! where the model is not there.
+//! levels: 24 views of 512², and 200,000 samples each way; the same where each level is looked at
+//! once more, smaller; and what a million pixels and a million samples take. Skipped where the model
+//! is not there.
 
 use std::hint::black_box;
 use std::path::Path;
+use std::time::{Duration, Instant};
 
-use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use criterion::{Criterion, criterion_group, criterion_main};
 use seamwise::bake::{Input, bake};
 use seamwise::evaluate::camera::Rig;
 use seamwise::evaluate::distance::{SampledSurface, correspond};
@@ -39,32 +41,48 @@ fn scenes() -> Option<Vec<Scene>> {
     Some(files.map(scene).collect())
 }
 
+/// Compares the levels, the first of the scenes with the others.
+fn compare_all(scenes: &[Scene], options: Options) {
+    let reference = Reference::new(&scenes[0], options).expect("a surface");
+    for level in &scenes[1..] {
+        black_box(reference.compare(level).expect("a surface"));
+    }
+}
+
+/// The time of so many runs of what handles `count` things, over a million of them.
+fn per_million<T>(runs: u64, count: usize, run: impl Fn() -> T) -> Duration {
+    let start = Instant::now();
+    for _ in 0..runs {
+        black_box(run());
+    }
+    start.elapsed().div_f64(count as f64 / 1e6)
+}
+
 fn evaluate(criterion: &mut Criterion) {
     let Some(scenes) = scenes() else { return };
     let options = Options::default();
     let mut group = criterion.benchmark_group("evaluate");
     group.sample_size(10);
     group.bench_function("a helmet against four levels", |bencher| {
-        bencher.iter(|| {
-            let reference = Reference::new(&scenes[0], options).expect("a surface");
-            for level in &scenes[1..] {
-                black_box(reference.compare(level).expect("a surface"));
-            }
-        });
+        bencher.iter(|| compare_all(&scenes, options));
+    });
+    // So strict that even the finest level takes over at less than the size of the views.
+    let strict = Options { pixel_tolerance: 0.015, ..options };
+    group.bench_function("a helmet against four levels, all seen twice", |bencher| {
+        bencher.iter(|| compare_all(&scenes, strict));
     });
     let rig = Rig::around(&scenes[0], options.views, options.resolution);
     let pixels = options.views * options.resolution * options.resolution;
-    group.throughput(Throughput::Elements(pixels as u64));
-    group.bench_function("pixels", |bencher| {
-        bencher.iter(|| black_box(render_views(&scenes[0], &rig, Mode::Lit)));
+    group.bench_function("a million pixels", |bencher| {
+        let render = || render_views(&scenes[0], &rig, Mode::Lit);
+        bencher.iter_custom(|runs| per_million(runs, pixels, render));
     });
-    let surface = |scene: &'_ Scene| (scene.positions.clone(), scene.triangles.clone());
+    let surface = |scene: &Scene| (scene.positions.clone(), scene.triangles.clone());
     let (from, to) = (surface(&scenes[0]), surface(&scenes[2]));
     let from = SampledSurface::new(&from.0, &from.1, options.samples, 1);
     let to = SampledSurface::new(&to.0, &to.1, options.samples, 1);
-    group.throughput(Throughput::Elements(options.samples as u64));
-    group.bench_function("distance samples", |bencher| {
-        bencher.iter(|| black_box(correspond(&from, &to)));
+    group.bench_function("a million distance samples", |bencher| {
+        bencher.iter_custom(|runs| per_million(runs, options.samples, || correspond(&from, &to)));
     });
     group.finish();
 }

@@ -86,13 +86,13 @@ pub(crate) fn evaluate(args: &EvaluateArgs, quiet: bool) -> Result<usize> {
     let options = args.resolve();
     let against = Reference::with_mode(&reference, options, args.mode()).map_err(named)?;
     let mut gallery = match &args.report {
-        Some(_) => Some(Gallery::new(&reference)?),
+        Some(_) => Some(Gallery::with_mode(&reference, args.mode())?),
         None => None,
     };
     let (mut candidates, mut scenes) = (Vec::new(), Vec::new());
     for path in &args.candidates {
         let compared = load_file(path, &mut cache).and_then(|scene| {
-            let metrics = against.compare(&scene)?;
+            let (metrics, views) = against.compare_by_view(&scene)?;
             if let Some(gallery) = &mut gallery {
                 gallery.add(&scene)?;
             }
@@ -100,7 +100,7 @@ pub(crate) fn evaluate(args: &EvaluateArgs, quiet: bool) -> Result<usize> {
             if args.sheet.is_some() {
                 scenes.push(scene);
             }
-            Ok((triangles, metrics))
+            Ok((triangles, metrics, views))
         });
         let candidate = CandidateReport::new(path.display().to_string(), compared);
         if let Some(complaint) = candidate.complaint() {

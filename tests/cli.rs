@@ -381,6 +381,14 @@ fn an_evaluation_writes_a_table_and_json() {
     assert_eq!(triangles, [&json!(528), &json!(120)]);
     candidates.iter().for_each(|candidate| assert_metrics(&candidate["metrics"]));
     assert_eq!(candidates[0]["metrics"]["distance_rms"], 0.0);
+    for candidate in candidates {
+        let views = candidate["views"].as_array().expect("a list");
+        assert_eq!(views.len(), report["views"].as_array().map_or(0, Vec::len));
+        let squares = views.iter().filter_map(|view| Some(view["rms_luminance"].as_f64()?.powi(2)));
+        let pooled = (squares.sum::<f64>() / views.len() as f64).sqrt();
+        let all = candidate["metrics"]["rms_luminance"].as_f64().expect("a figure");
+        assert!((pooled - all).abs() < 1e-12, "{pooled} {all}");
+    }
     assert!(candidates[1]["metrics"]["distance_rms"].as_f64() > Some(0.001));
 }
 

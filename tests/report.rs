@@ -116,6 +116,8 @@ fn an_evaluation_writes_a_page_of_what_could_be_compared() {
     assert_self_contained(&page, 6 * 4 + 6 * 3 + 4);
     assert!(!page.contains("<c>"), "a file's name is not escaped");
     assert!(page.contains("bad.glb could not be compared"));
+    let dots = page.matches("class=\"dotted\"").count();
+    assert_eq!(dots, 3, "one for each that the charts show");
     let charts = page.matches("<svg").count();
     assert_eq!(page.matches("class=\"line\"").count(), charts, "one line, of the two levels");
 }

@@ -33,7 +33,7 @@ use super::volume::bounding_diagonal;
 const SHEET: f64 = 0.01;
 /// Parts of triangles that the search for the greatest distance may look at, for each sample: it
 /// takes a few times as long as the samples at most.
-const PARTS_PER_SAMPLE: usize = 4;
+const PARTS_PER_SAMPLE: usize = 8;
 /// Samples that one task looks up.
 const CHUNK: usize = 1024;
 

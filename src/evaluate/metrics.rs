@@ -63,6 +63,23 @@ pub struct Metrics {
     pub non_manifold_edges_gained: i64,
 }
 
+/// How a candidate differs in the picture of one camera.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct ViewMetrics {
+    /// As [`Metrics::rms_luminance`].
+    pub rms_luminance: f64,
+    /// As [`Metrics::rms_luminance_srgb`].
+    pub rms_luminance_srgb: f64,
+    /// As [`Metrics::rms_luminance_covered`].
+    pub rms_luminance_covered: f64,
+    /// As [`Metrics::rms_luminance_srgb_covered`].
+    pub rms_luminance_srgb_covered: f64,
+    /// As [`Metrics::ssim`].
+    pub ssim: f64,
+    /// As [`Metrics::silhouette_iou`].
+    pub silhouette_iou: f64,
+}
+
 /// Distances in one direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Way {

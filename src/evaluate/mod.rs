@@ -37,7 +37,7 @@ use switch::{AtSwitch, largest_size};
 use views::{Seen, Views};
 use volume::{Measures, Soundness, check_soundness, measure};
 
-pub use metrics::{Metrics, Way};
+pub use metrics::{Metrics, ViewMetrics, Way};
 
 /// How thoroughly to look.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -132,6 +132,14 @@ impl<'a> Reference<'a> {
     /// # Errors
     /// [`Error::Invalid`] if it has no surface to compare.
     pub fn compare(&self, candidate: &Scene) -> Result<Metrics> {
+        Ok(self.compare_by_view(candidate)?.0)
+    }
+
+    /// Compares a candidate; besides, tells how it differs in each view, in the order of the rig.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] if it has no surface to compare.
+    pub fn compare_by_view(&self, candidate: &Scene) -> Result<(Metrics, Vec<ViewMetrics>)> {
         let no_surface = || Error::invalid("the candidate", "it has no surface");
         let (positions, triangles) = (&candidate.positions, &candidate.triangles);
         let surface = SampledSurface::new(positions, triangles, self.options.samples, SEED);
@@ -143,11 +151,12 @@ impl<'a> Reference<'a> {
         let (measures, soundness) =
             (measure(positions, triangles), check_soundness(positions, triangles));
         let views = Views::new(candidate, &self.rig, self.mode);
-        let seen = self.views.compare(&views, &self.seams)?;
+        let by_view = self.views.compare(&views, &self.seams)?;
+        let seen = Seen::pool(&by_view);
         let difference = seen.difference;
         let at_switch = self.at_switch(candidate, both.distance_rms, &seen)?;
         let gained = |now: usize, before: usize| now as i64 - before as i64;
-        Ok(Metrics {
+        let metrics = Metrics {
             rms_luminance: difference.rms(),
             rms_luminance_srgb: difference.rms_srgb(),
             rms_luminance_covered: difference.rms_covered(),
@@ -175,7 +184,8 @@ impl<'a> Reference<'a> {
                 soundness.non_manifold_edges,
                 self.soundness.non_manifold_edges,
             ),
-        })
+        };
+        Ok((metrics, by_view.iter().map(Seen::metrics).collect()))
     }
 
     /// Looks again from so far away that a surface of this distance is off by the tolerance; `seen`
@@ -188,7 +198,8 @@ impl<'a> Reference<'a> {
             return Ok(AtSwitch::new(pixels, rig.resolution, seen));
         }
         let [own, other] = [self.scene, candidate].map(|scene| Views::new(scene, &rig, self.mode));
-        Ok(AtSwitch::new(pixels, rig.resolution, &own.compare(&other, &[])?))
+        let seen = Seen::pool(&own.compare(&other, &[])?);
+        Ok(AtSwitch::new(pixels, rig.resolution, &seen))
     }
 
     /// A sheet or a flat thing has no volume of its own: what rounding leaves says nothing.

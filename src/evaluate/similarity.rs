@@ -15,7 +15,8 @@
 //!
 //! Lab note: of the crates that had it, `image-compare` 0.5 adds up the variance of a window where
 //! the paper takes the mean, so that rounding to 8 bits alone costs 2 % in flat parts; `dssim` is
-//! under the AGPL; `av-metrics` 0.9 wants frames of video.
+//! under the AGPL; `av-metrics` 0.9 wants frames of video. FLIP (Andersson et al., 2020) is left out:
+//! its one crate, `nv-flip` 0.1.2, is of 2023, binds the C++ of back then and needs its compiler.
 
 use std::ops::AddAssign;
 

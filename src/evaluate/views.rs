@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::camera::Rig;
 use super::luminance::Difference;
+use super::metrics::ViewMetrics;
 use super::render::{Image, render_views};
 use super::scene::{Mode, Scene};
 use super::similarity::{Similarity, Tones};
@@ -15,7 +16,7 @@ pub(super) struct Views {
     tones: Vec<Tones>,
 }
 
-/// How the pictures of two scenes differ, all views pooled.
+/// How the pictures of two scenes differ, in one view or in many.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Seen {
     pub(super) difference: Difference,
@@ -29,23 +30,41 @@ impl Views {
         Self { images, tones }
     }
 
-    /// Compares those of a candidate by the same rig. `seams` tells for each view the pixels in the
-    /// band around seams, and may be empty.
-    pub(super) fn compare(&self, candidate: &Self, seams: &[Vec<bool>]) -> Result<Seen> {
+    /// Compares those of a candidate by the same rig, view by view. `seams` tells for each view the
+    /// pixels in the band around seams, and may be empty.
+    pub(super) fn compare(&self, candidate: &Self, seams: &[Vec<bool>]) -> Result<Vec<Seen>> {
         let compare = |view: usize| {
             let band = seams.get(view).map_or(&[][..], Vec::as_slice);
             let difference = Difference::between(&self.images[view], &candidate.images[view], band);
             let similarity = Similarity::between(&self.tones[view], &candidate.tones[view])?;
-            Ok((difference, similarity))
+            Ok(Seen { difference, similarity })
         };
-        let views: Vec<_> =
-            (0..self.images.len()).into_par_iter().map(compare).collect::<Result<_>>()?;
-        // In their order, so that the thread count changes no bit.
-        let mut pooled = Seen::default();
-        for (difference, similarity) in views {
-            pooled.difference += difference;
-            pooled.similarity += similarity;
+        (0..self.images.len()).into_par_iter().map(compare).collect()
+    }
+}
+
+impl Seen {
+    /// Pools views as if they were one picture, in their order, so that the thread count changes no
+    /// bit.
+    pub(super) fn pool(views: &[Self]) -> Self {
+        let mut pooled = Self::default();
+        for view in views {
+            pooled.difference += view.difference;
+            pooled.similarity += view.similarity;
         }
-        Ok(pooled)
+        pooled
+    }
+
+    /// The figures of one view.
+    pub(super) fn metrics(&self) -> ViewMetrics {
+        let Self { difference, similarity } = self;
+        ViewMetrics {
+            rms_luminance: difference.rms(),
+            rms_luminance_srgb: difference.rms_srgb(),
+            rms_luminance_covered: difference.rms_covered(),
+            rms_luminance_srgb_covered: difference.rms_covered_srgb(),
+            ssim: similarity.mean(),
+            silhouette_iou: difference.overlap(),
+        }
     }
 }

@@ -74,8 +74,8 @@ impl Chart {
         let values = || self.points().map(|point| point.value);
         let low = values().fold(self.ideal, f64::min);
         let high = values().fold(self.ideal, f64::max);
-        // Less than that is rounding.
-        let differ = high - low > 1e-6 * low.abs().max(high.abs()) + 1e-30;
+        // Less than that is rounding, and would take more digits than fit beside the axis.
+        let differ = high - low > 1e-5 * low.abs().max(high.abs()) + 1e-30;
         match (differ, self.ideal == 0.0) {
             (true, true) => Ticks::over(low, high),
             // Room for a label below the lowest point.

@@ -21,7 +21,9 @@ pub(super) fn to_csv<'a, R: Serialize + 'a>(
             &serde_json::to_value(record).map_err(|e| internal(e.to_string()))?,
             &mut fields,
         );
-        fields.retain(|(name, _)| name != "metrics" && !name.starts_with("metrics."));
+        fields.retain(|(name, _)| {
+            !["metrics", "views"].contains(&name.as_str()) && !name.starts_with("metrics.")
+        });
         let figures = serde_json::to_value(metrics.unwrap_or_default());
         let mut measured = Vec::new();
         flatten("", &figures.map_err(|e| internal(e.to_string()))?, &mut measured);
@@ -58,6 +60,7 @@ fn flatten(path: &str, value: &Value, out: &mut Vec<(String, String)>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::evaluate::ViewMetrics;
     use crate::report::CandidateReport;
 
     #[test]
@@ -66,8 +69,8 @@ mod tests {
             file: file.into(),
             triangles: 2,
             metrics,
-            failure: None,
-            warning: None,
+            views: vec![ViewMetrics::default()],
+            ..CandidateReport::default()
         };
         let candidates = [
             candidate("a, b.glb", None),
@@ -77,7 +80,7 @@ mod tests {
         let text = to_csv(rows).unwrap();
         let lines: Vec<&str> = text.lines().collect();
         assert!(lines[0].starts_with("file,triangles,failure,warning,rms_luminance"));
-        assert!(lines[0].contains("forward.distance_rms"));
+        assert!(lines[0].contains("forward.distance_rms") && !lines[0].contains("views"));
         assert!(lines[1].starts_with("\"a, b.glb\",2,,,,"));
         let column = lines[0].split(',').position(|name| name == "color_rms").unwrap();
         assert_eq!(lines[2].split(',').nth(column), Some("0.5"));

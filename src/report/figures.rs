@@ -12,15 +12,19 @@ type Figure = (&'static str, &'static str, f64, fn(&Metrics) -> Option<f64>);
 /// What distances are over.
 const DIAGONAL: &str = "of the diagonal";
 /// The charts, in the order of the page.
-const FIGURES: [Figure; 8] = [
+const FIGURES: [Figure; 12] = [
     ("RMS luminance", "sRGB, 0…1", 0.0, |m| Some(m.rms_luminance_srgb)),
+    ("Luminance at seams", "sRGB", 0.0, |m| Some(m.rms_luminance_srgb_seams)),
+    ("Luminance at switch", "sRGB", 0.0, |m| Some(m.at_switch.rms_luminance_srgb)),
     ("Similarity", "SSIM", 1.0, |m| Some(m.ssim)),
     ("RMS distance", DIAGONAL, 0.0, |m| Some(m.distance_rms)),
+    ("Mean distance", DIAGONAL, 0.0, |m| Some(m.distance_mean)),
     ("Max distance", DIAGONAL, 0.0, |m| Some(m.distance_max)),
+    ("Silhouette overlap", "IoU", 1.0, |m| Some(m.silhouette_iou)),
     ("Color error", "RMS, sRGB", 0.0, |m| Some(m.color_rms)),
     ("Normal error", "RMS, degrees", 0.0, |m| Some(m.normal_degrees_rms)),
     ("Volume", "over the source’s", 1.0, |m| m.volume_ratio),
-    ("Silhouette overlap", "IoU", 1.0, |m| Some(m.silhouette_iou)),
+    ("Area", "over the source’s", 1.0, |m| Some(m.area_ratio)),
 ];
 
 /// One chart for each figure that a candidate has.
@@ -110,11 +114,12 @@ mod tests {
         let bad = Metrics { distance_max: f64::NAN, ..metrics };
         let measured = [("a".into(), 9, &metrics, 0), ("b".into(), 4, &bad, 0)];
         let charts = charts(&measured);
-        assert_eq!(charts.len(), 7, "no volume");
+        assert_eq!(charts.len(), FIGURES.len() - 1, "no volume");
         let triangles = |chart: &Chart| -> Vec<usize> {
             chart.series[0].points.iter().map(|point| point.triangles).collect()
         };
         assert_eq!(triangles(&charts[0]), [4, 9]);
-        assert_eq!(triangles(&charts[3]), [9]);
+        let max = charts.iter().find(|chart| chart.title == "Max distance").unwrap();
+        assert_eq!(triangles(max), [9]);
     }
 }

@@ -12,9 +12,11 @@ use super::pictures::{AtlasPicture, AtlasPictures, Gallery, Picture};
 use super::table::{COLUMNS, header};
 use super::threads::ThreadTime;
 use super::ticks::grouped;
-use super::{BakeReport, EvaluateReport, Seconds};
+use super::{BakeReport, CandidateReport, EvaluateReport, Seconds};
 use crate::error::{Error, Result};
+use crate::evaluate::Metrics;
 use crate::evaluate::heat::{WHITE, heat_color};
+use crate::evaluate::scene::Mode;
 
 /// What the page of a bake shows beyond its report.
 #[derive(Default)]
@@ -143,35 +145,48 @@ pub fn evaluate_page(report: &EvaluateReport, gallery: &Gallery) -> Result<Strin
     let files: Vec<&str> =
         report.candidates.iter().map(|candidate| candidate.file.as_str()).collect();
     let colors = series_colors(&files);
-    let several = colors.iter().any(|color| *color != 0);
-    let short = short_names(&files);
-    let compared = report.candidates.iter().zip(&short).zip(&colors);
-    let measured: Vec<_> = compared
-        .filter_map(|((candidate, name), &color)| {
-            Some((name.clone(), candidate.triangles, candidate.metrics.as_ref()?, color))
-        })
-        .collect();
-    let names = std::iter::once((file_name(&reference.file), reference.triangles))
-        .chain(measured.iter().map(|(name, triangles, ..)| (name.clone(), *triangles)));
+    let all: Vec<&str> = std::iter::once(reference.file.as_str()).chain(files).collect();
+    let short = short_names(&all);
+    let named = || report.candidates.iter().zip(&short[1..]);
+    let compared = named().filter(|(candidate, _)| candidate.metrics.is_some());
+    let names = std::iter::once((short[0].clone(), reference.triangles))
+        .chain(compared.map(|(candidate, name)| (name.clone(), candidate.triangles)));
+    let charted = named().zip(&colors).filter_map(|((candidate, name), &color)| {
+        Some((name.clone(), candidate.triangles, charted_metrics(candidate)?, color))
+    });
+    let charted: Vec<_> = charted.collect();
+    let several = charted.iter().any(|(.., color)| *color != charted[0].3);
+    let own_color = |(candidate, &color): (&CandidateReport, &usize)| {
+        charted_metrics(candidate).filter(|_| several).map(|_| color)
+    };
     let own_colors =
-        std::iter::once(None).chain(colors.iter().map(|&color| several.then_some(color)));
+        std::iter::once(None).chain(report.candidates.iter().zip(&colors).map(own_color));
+    let row = |((mut cells, name), color): (([String; COLUMNS], &String), _)| {
+        cells[0].clone_from(name);
+        Row::new(cells, color)
+    };
+    let mut facts = vec![
+        format!("{} triangles", grouped(reference.triangles)),
+        counted(report.candidates.len(), "candidate"),
+    ];
+    if report.mode == Mode::Unlit {
+        facts.push("base color alone, without light".to_owned());
+    }
     render(&Page {
         title: file_name(&reference.file),
-        facts: vec![
-            format!("{} triangles", grouped(reference.triangles)),
-            counted(report.candidates.len(), "candidate"),
-        ],
-        rows: report
-            .rows()
-            .into_iter()
-            .zip(own_colors)
-            .map(|(cells, color)| Row::new(cells, color))
-            .collect(),
+        facts,
+        rows: report.rows().into_iter().zip(&short).zip(own_colors).map(row).collect(),
         header: header("file"),
         notes: report.complaints(),
-        charts: charts(&measured),
+        charts: charts(&charted),
         ..Page::of(Some(gallery), names)
     })
+}
+
+/// The figures that the charts show: of a doubtful candidate none, since in other units it would
+/// press all others to the axis.
+fn charted_metrics(candidate: &CandidateReport) -> Option<&Metrics> {
+    candidate.metrics.as_ref().filter(|_| candidate.warning.is_none())
 }
 
 fn render(page: &Page<'_>) -> Result<String> {
@@ -312,29 +327,44 @@ fn thread_bars(times: &[ThreadTime]) -> Vec<Bar> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluate::Metrics;
-    use crate::evaluate::scene::Mode;
     use crate::evaluate::scene::Scene;
-    use crate::report::{CandidateReport, ReferenceReport};
+    use crate::report::ReferenceReport;
 
-    #[test]
-    fn text_from_files_is_escaped() {
+    /// The page of candidates of these names, all of which were compared.
+    fn page_of(candidates: &[(&str, Option<&str>)]) -> String {
+        let mut gallery = Gallery::new(&Scene::default()).unwrap();
+        let candidate = |&(file, warning): &(&str, Option<&str>)| {
+            gallery.add(&Scene::default()).unwrap();
+            CandidateReport {
+                file: file.to_owned(),
+                triangles: 6,
+                metrics: Some(Metrics::default()),
+                warning: warning.map(str::to_owned),
+                ..CandidateReport::default()
+            }
+        };
         let report = EvaluateReport {
             schema: 1,
             reference: ReferenceReport { file: "<b>&\".glb".into(), triangles: 12, diagonal: 1.0 },
             mode: Mode::Lit,
             views: Vec::new(),
-            candidates: vec![CandidateReport {
-                file: "<script>.glb".into(),
-                triangles: 6,
-                metrics: Some(Metrics::default()),
-                failure: None,
-                warning: None,
-            }],
+            candidates: candidates.iter().map(candidate).collect(),
         };
-        let mut gallery = Gallery::new(&Scene::default()).unwrap();
-        gallery.add(&Scene::default()).unwrap();
-        let page = evaluate_page(&report, &gallery).unwrap();
+        evaluate_page(&report, &gallery).unwrap()
+    }
+
+    #[test]
+    fn a_doubtful_candidate_is_in_no_chart() {
+        let page = page_of(&[("x/a.glb", None), ("x/b.glb", Some("in other units?"))]);
+        assert!(page.contains(">a.glb<") && page.contains(">b.glb<"));
+        assert!(page.contains("x/b.glb: in other units?"));
+        assert!(page.contains("<title>a.glb: 6") && !page.contains("<title>b.glb: 6"));
+        assert!(!page.contains("class=\"dotted\""), "one series needs no key");
+    }
+
+    #[test]
+    fn text_from_files_is_escaped() {
+        let page = page_of(&[("<script>.glb", None)]);
         assert!(!page.contains("<script") && !page.contains("<b>"));
         assert!(page.contains("&#60;script&#62;.glb") && page.contains("&lt;script&gt;.glb: 6"));
     }

@@ -13,9 +13,9 @@ use serde::Serialize;
 
 use crate::certificate::Screen;
 use crate::error::{Error, Result};
-use crate::evaluate::Metrics;
 use crate::evaluate::camera::{Camera, Rig};
 use crate::evaluate::scene::Mode;
+use crate::evaluate::{Metrics, ViewMetrics};
 use table::{COLUMNS, header, row};
 
 pub(crate) use table::align;
@@ -208,7 +208,7 @@ impl ViewReport {
 }
 
 /// A candidate of an evaluation.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct CandidateReport {
     /// Its file.
     pub file: String,
@@ -220,6 +220,8 @@ pub struct CandidateReport {
     pub failure: Option<String>,
     /// What makes its figures doubtful, if it was compared.
     pub warning: Option<String>,
+    /// How far it is in each of the views, in their order; none if it could not be compared.
+    pub views: Vec<ViewMetrics>,
 }
 
 /// How many times as large as the reference, or as small, a candidate may be before its figures are
@@ -227,19 +229,20 @@ pub struct CandidateReport {
 const MOST_ENLARGED: f64 = 10.0;
 
 impl CandidateReport {
-    /// What came of a comparison: the triangles and the figures.
-    pub fn new(file: String, compared: Result<(usize, Metrics)>) -> Self {
+    /// What came of a comparison: the triangles and the figures, of all views and of each.
+    pub fn new(file: String, compared: Result<(usize, Metrics, Vec<ViewMetrics>)>) -> Self {
         match compared {
-            Ok((triangles, metrics)) => Self {
+            Ok((triangles, metrics, views)) => Self {
                 file,
                 triangles,
                 warning: doubt(metrics.diagonal_ratio),
                 metrics: Some(metrics),
                 failure: None,
+                views,
             },
             Err(error) => {
                 let failure = Some(error.to_string());
-                Self { file, triangles: 0, metrics: None, failure, warning: None }
+                Self { file, failure, ..Self::default() }
             }
         }
     }
@@ -277,7 +280,7 @@ impl EvaluateReport {
     }
 
     /// The candidates as CSV: a row each, columns named as in the JSON, empty where there is no
-    /// figure.
+    /// figure; without the figures of single views.
     ///
     /// # Errors
     /// [`Error::Internal`] if they can't be written so.

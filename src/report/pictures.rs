@@ -65,6 +65,7 @@ impl Picture {
 /// A reference and what is compared with it, seen by the same cameras.
 pub struct Gallery {
     rig: Rig,
+    mode: Mode,
     reference: Vec<Image>,
     /// One per scene, the reference first.
     pub scenes: Vec<SceneViews>,
@@ -81,19 +82,27 @@ pub struct SceneViews {
 }
 
 impl Gallery {
-    /// Draws the reference.
+    /// Draws the reference, lit.
     ///
     /// # Errors
     /// [`Error::Internal`] if an encoder fails.
     pub fn new(reference: &Scene) -> Result<Self> {
+        Self::with_mode(reference, Mode::Lit)
+    }
+
+    /// Draws the reference. `mode` is that of all renders.
+    ///
+    /// # Errors
+    /// [`Error::Internal`] if an encoder fails.
+    pub fn with_mode(reference: &Scene, mode: Mode) -> Result<Self> {
         let rig = Rig::around(reference, VIEWS, RENDER_SIDE);
-        let images = render_views(reference, &rig, Mode::Lit);
+        let images = render_views(reference, &rig, mode);
         let scenes = vec![SceneViews {
             renders: encode_all(&images, Image::to_srgb8)?,
             differences: Vec::new(),
             wireframe: wireframe(reference, &rig)?,
         }];
-        Ok(Self { rig, reference: images, scenes })
+        Ok(Self { rig, mode, reference: images, scenes })
     }
 
     /// Draws a candidate beside it.
@@ -101,7 +110,7 @@ impl Gallery {
     /// # Errors
     /// [`Error::Internal`] if an encoder fails.
     pub fn add(&mut self, candidate: &Scene) -> Result<()> {
-        let images = render_views(candidate, &self.rig, Mode::Lit);
+        let images = render_views(candidate, &self.rig, self.mode);
         let pairs: Vec<(&Image, &Image)> = self.reference.iter().zip(&images).collect();
         self.scenes.push(SceneViews {
             renders: encode_all(&images, Image::to_srgb8)?,
@@ -241,6 +250,7 @@ mod tests {
     use image::Rgb;
 
     use super::*;
+    use crate::evaluate::scene::Material;
 
     /// The pixels of a picture.
     fn decode_uri(picture: &Picture) -> RgbImage {
@@ -285,6 +295,8 @@ mod tests {
             positions: vec![glam::Vec3::ZERO, glam::Vec3::X, glam::Vec3::Y],
             normals: vec![glam::Vec3::Z; 3],
             triangles: vec![[0, 1, 2], [0, 2, 1]],
+            triangle_materials: vec![0; 2],
+            materials: vec![Material::default()],
             ..Scene::default()
         };
         let mut gallery = Gallery::new(&scene).unwrap();
@@ -293,6 +305,8 @@ mod tests {
         assert_eq!((own.renders.len(), own.differences.len()), (VIEWS, 0));
         assert_eq!((other.renders.len(), other.differences.len()), (VIEWS, VIEWS));
         assert!(own.renders.iter().zip(&other.renders).all(|(a, b)| a.uri == b.uri));
+        let unlit = Gallery::with_mode(&scene, Mode::Unlit).unwrap();
+        assert_ne!(unlit.scenes[0].renders[0].uri, own.renders[0].uri);
         let black = decode_uri(&other.differences[0]);
         assert!(black.pixels().all(|pixel| *pixel == Rgb([0; 3])));
     }

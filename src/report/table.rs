@@ -37,10 +37,15 @@ pub(super) fn row(name: &str, triangles: usize, metrics: Option<&Metrics>) -> [S
         figure(|m| format!("{:.2e}", m.distance_max)),
         figure(|m| format!("{:.4}", m.color_rms)),
         figure(|m| format!("{:.2}", m.normal_degrees_rms)),
-        figure(|m| m.volume_ratio.map_or("–".to_owned(), |ratio| format!("{ratio:.4}"))),
+        figure(|m| m.volume_ratio.map_or("–".to_owned(), volume_text)),
         figure(|m| format!("{:.4}", m.silhouette_iou)),
         figure(|m| format!("{:.5} @ {:.0}", m.at_switch.rms_luminance_srgb, m.at_switch.pixels)),
     ]
+}
+
+/// A ratio of volumes; that of another unit as a power of ten.
+fn volume_text(ratio: f64) -> String {
+    if ratio.abs() < 1000.0 { format!("{ratio:.4}") } else { format!("{ratio:.2e}") }
 }
 
 /// Columns of equal width: the first to the left, figures to the right.
