@@ -86,16 +86,16 @@ pub(crate) fn square_to_origin([a, b, c]: [DVec3; 3]) -> f64 {
         return c.length_squared();
     }
     let of_c = ab_a * ac_b - ab_b * ac_a;
-    if of_c <= 0.0 && ab_a >= 0.0 && ab_b <= 0.0 {
+    if of_c <= 0.0 && ab_a >= 0.0 && ab_b <= 0.0 && ab_a > ab_b {
         return (a + ab * (ab_a / (ab_a - ab_b))).length_squared();
     }
     let of_b = ab_c * ac_a - ab_a * ac_c;
-    if of_b <= 0.0 && ac_a >= 0.0 && ac_c <= 0.0 {
+    if of_b <= 0.0 && ac_a >= 0.0 && ac_c <= 0.0 && ac_a > ac_c {
         return (a + ac * (ac_a / (ac_a - ac_c))).length_squared();
     }
     let of_a = ab_b * ac_c - ab_c * ac_b;
     let (to_c, to_b) = (ac_b - ab_b, ab_c - ac_c);
-    if of_a <= 0.0 && to_c >= 0.0 && to_b >= 0.0 {
+    if of_a <= 0.0 && to_c >= 0.0 && to_b >= 0.0 && to_c + to_b > 0.0 {
         return (b + (c - b) * (to_c / (to_c + to_b))).length_squared();
     }
     let whole = 1.0 / (of_a + of_b + of_c);
