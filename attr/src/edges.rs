@@ -1,8 +1,7 @@
 //! What kind of edge two triangles meet at, and how many there are of each.
 
-use rayon::prelude::*;
-
-use crate::id::{PointId, WedgeId};
+use crate::buckets::Buckets;
+use crate::id::{CornerId, PointId, WedgeId};
 use crate::mesh::Mesh;
 
 /// What an edge is.
@@ -25,21 +24,26 @@ pub(crate) type Side = ([PointId; 2], usize);
 
 /// Visits every edge with its sides, in the order of its points.
 pub(crate) fn visit_edges(mesh: &Mesh, mut visit: impl FnMut(EdgeKind, &[Side])) {
-    let mut sides: Vec<Side> = Vec::with_capacity(mesh.triangles.len() * 3);
-    for triangle in 0..mesh.triangles.len() {
-        let [a, b, c] = mesh.triangle_points(triangle);
-        for (from, to) in [(a, b), (b, c), (c, a)] {
-            sides.push(([from.min(to), from.max(to)], triangle));
+    let side = |corner: CornerId| {
+        let (points, slot) = (mesh.triangle_points(corner.triangle().index()), corner.slot());
+        let (from, to) = (points[slot], points[(slot + 1) % 3]);
+        ([from.min(to), from.max(to)], corner.triangle().index())
+    };
+    let corners = (0..mesh.triangles.len() * 3).map(CornerId::new);
+    let by_lesser = Buckets::new(corners.map(|corner| side(corner).0[0].0), mesh.positions.len());
+    let mut sides: Vec<Side> = Vec::new();
+    for point in 0..mesh.positions.len() {
+        sides.clear();
+        sides.extend(by_lesser.of(point).iter().map(|&corner| side(CornerId(corner))));
+        sides.sort_unstable();
+        for run in sides.chunk_by(|a, b| a.0 == b.0) {
+            let kind = match run {
+                [_] => EdgeKind::Border,
+                [a, b] => meeting(mesh, a, b),
+                _ => EdgeKind::Complex,
+            };
+            visit(kind, run);
         }
-    }
-    sides.par_sort_unstable();
-    for run in sides.chunk_by(|a, b| a.0 == b.0) {
-        let kind = match run {
-            [_] => EdgeKind::Border,
-            [a, b] => meeting(mesh, a, b),
-            _ => EdgeKind::Complex,
-        };
-        visit(kind, run);
     }
 }
 
