@@ -7,7 +7,7 @@ use glam::DVec3;
 use crate::edges::{EdgeKind, visit_edges};
 use crate::id::{PointId, WedgeId};
 use crate::mesh::Mesh;
-use crate::quadric::{self, Gradient, PointQuadric};
+use crate::quadric::{self, PointQuadric, Slopes};
 use crate::space::Space;
 
 /// How much a unit of error in each attribute counts beside a unit of distance.
@@ -132,22 +132,17 @@ impl Metric {
 
     fn add_triangles(&mut self, mesh: &Mesh) {
         let stride = quadric::stride(self.attributes);
-        let mut gradients = Vec::with_capacity(self.attributes);
+        let mut own = vec![0.0; stride];
         for triangle in 0..mesh.triangles.len() {
             let wedges = mesh.triangles[triangle];
             let p = mesh.triangle_points(triangle).map(|point| self.positions[point]);
             let cross = (p[1] - p[0]).cross(p[2] - p[0]);
             let normal = cross.normalize_or_zero();
-            gradients.clear();
-            gradients.extend(
-                (0..self.attributes).map(|attribute| {
-                    Gradient::new(p, wedges.map(|wedge| self.row(wedge)[attribute]))
-                }),
-            );
-            let weight = cross.length() / 6.0;
+            let (slopes, rows) = (Slopes::new(p), wedges.map(|wedge| self.row(wedge)));
+            let gradients = (0..self.attributes).map(|at| slopes.gradient(rows.map(|row| row[at])));
+            quadric::set_triangle(&mut own, (p[0], normal), gradients, cross.length() / 6.0);
             for wedge in wedges {
-                let packed = &mut self.quadrics[wedge.index() * stride..][..stride];
-                quadric::add_triangle(packed, (p[0], normal), &gradients, weight);
+                quadric::add(self.quadric_mut(wedge), &own);
             }
         }
     }

@@ -106,62 +106,67 @@ pub struct Gradient {
     pub d: f64,
 }
 
-impl Gradient {
-    /// The linear function in the plane of `p` that takes the values `s` at its corners, solved in
-    /// the 2×2 basis of two edges. A triangle thinner than a millionth of its length has no usable
-    /// gradient: there the attribute is taken to be constant, at its mean.
-    pub fn new(p: [DVec3; 3], s: [f64; 3]) -> Self {
+/// The gradients of the barycentrics of a triangle's second and third corner, by which any attribute
+/// has its own.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Slopes {
+    origin: DVec3,
+    /// `None` if the triangle is thinner than a millionth of its length.
+    slopes: Option<[DVec3; 2]>,
+}
+
+impl Slopes {
+    /// Solves for them in the 2×2 basis of two edges.
+    pub(crate) fn new(p: [DVec3; 3]) -> Self {
         let (e, f) = (p[1] - p[0], p[2] - p[0]);
         let (ee, ef, ff) = (e.dot(e), e.dot(f), f.dot(f));
         let determinant = ee * ff - ef * ef;
-        if determinant <= 1e-12 * ee * ff || determinant <= 0.0 {
-            return Self { g: DVec3::ZERO, d: (s[0] + s[1] + s[2]) / 3.0 };
-        }
-        let (ds, dt) = (s[1] - s[0], s[2] - s[0]);
-        let g = e * ((ds * ff - dt * ef) / determinant) + f * ((dt * ee - ds * ef) / determinant);
-        Self { g, d: s[0] - g.dot(p[0]) }
+        let is_thin = determinant <= 1e-12 * ee * ff || determinant <= 0.0;
+        let inverse = 1.0 / determinant;
+        let slopes = [(e * ff - f * ef) * inverse, (f * ee - e * ef) * inverse];
+        Self { origin: p[0], slopes: (!is_thin).then_some(slopes) }
+    }
+
+    /// The linear function that takes the values `s` at the corners, or their mean everywhere if
+    /// there are no slopes.
+    #[inline]
+    pub(crate) fn gradient(&self, s: [f64; 3]) -> Gradient {
+        let Some([second, third]) = self.slopes else {
+            return Gradient { g: DVec3::ZERO, d: (s[0] + s[1] + s[2]) / 3.0 };
+        };
+        let g = second * (s[1] - s[0]) + third * (s[2] - s[0]);
+        Gradient { g, d: s[0] - g.dot(self.origin) }
     }
 }
 
-/// Adds a triangle's quadric to the packed `quadric` of one of its wedges.
+impl Gradient {
+    /// The linear function in the plane of `p` that takes the values `s` at its corners. A triangle
+    /// thinner than a millionth of its length has no usable gradient: there the attribute is taken to
+    /// be constant, at its mean.
+    pub fn new(p: [DVec3; 3], s: [f64; 3]) -> Self {
+        Slopes::new(p).gradient(s)
+    }
+}
+
+/// The packed quadric of a triangle.
 ///
 /// `plane` is a point of the triangle and its unit normal, `gradients` one per attribute; `weight`
-/// is the share of the triangle's area that falls to the wedge.
-pub(crate) fn add_triangle(
+/// is the share of the triangle's area that falls to each of its wedges.
+pub(crate) fn set_triangle(
     quadric: &mut [f64],
     (point, normal): (DVec3, DVec3),
-    gradients: &[Gradient],
+    gradients: impl Iterator<Item = Gradient>,
     weight: f64,
 ) {
-    let plane = PointQuadric::from_plane(point, normal, weight);
-    add_point(quadric, &plane);
-    quadric[W] += weight;
-    for (packed, &Gradient { g, d }) in quadric[ATTRIBUTES..].chunks_exact_mut(4).zip(gradients) {
-        packed[0] -= weight * g.x;
-        packed[1] -= weight * g.y;
-        packed[2] -= weight * g.z;
-        packed[3] -= weight * d;
+    let mut sum = PointQuadric::from_plane(point, normal, 1.0);
+    for (packed, Gradient { g, d }) in quadric[ATTRIBUTES..].chunks_exact_mut(4).zip(gradients) {
+        packed.copy_from_slice(&[-weight * g.x, -weight * g.y, -weight * g.z, -weight * d]);
+        sum.add(&PointQuadric { a: outer(g), b: g * d, c: d * d });
     }
-    for &Gradient { g, d } in gradients {
-        let squared = PointQuadric { a: outer(g), b: g * d, c: d * d };
-        let scaled = PointQuadric {
-            a: squared.a.map(|x| x * weight),
-            b: squared.b * weight,
-            c: squared.c * weight,
-        };
-        add_point(quadric, &scaled);
-    }
-}
-
-/// Adds a quadric in position alone to a packed one.
-fn add_point(quadric: &mut [f64], point: &PointQuadric) {
-    for (mine, theirs) in quadric[A..B].iter_mut().zip(point.a) {
-        *mine += theirs;
-    }
-    quadric[B] += point.b.x;
-    quadric[B + 1] += point.b.y;
-    quadric[B + 2] += point.b.z;
-    quadric[C] += point.c;
+    quadric[A..B].copy_from_slice(&sum.a.map(|x| x * weight));
+    quadric[B..C].copy_from_slice(&(sum.b * weight).to_array());
+    quadric[C] = sum.c * weight;
+    quadric[W] = weight;
 }
 
 /// Adds packed quadrics.
@@ -182,18 +187,40 @@ pub(crate) fn weight(quadric: &[f64]) -> f64 {
 /// A' = A_pp − BBᵀ/w, b' = b_p − B b_s/w, c' = c − |b_s|²/w.
 #[inline]
 pub(crate) fn reduce(quadric: &[f64]) -> PointQuadric {
+    let (point, attributes) = quadric.split_at(ATTRIBUTES);
+    eliminate(point.try_into().expect("the head of a quadric"), columns(attributes))
+}
+
+/// [`reduce`] of the sum of two packed quadrics, which is stored nowhere.
+#[inline]
+pub(crate) fn reduce_sum(first: &[f64], second: &[f64]) -> PointQuadric {
+    let ((mine, my_attributes), (theirs, their_attributes)) =
+        (first.split_at(ATTRIBUTES), second.split_at(ATTRIBUTES));
+    let sums = columns(my_attributes)
+        .zip(columns(their_attributes))
+        .map(|(mine, theirs)| std::array::from_fn(|at| mine[at] + theirs[at]));
+    eliminate(&std::array::from_fn(|at| mine[at] + theirs[at]), sums)
+}
+
+/// B's column and b_s of each attribute.
+fn columns(attributes: &[f64]) -> impl Iterator<Item = [f64; 4]> + '_ {
+    attributes.chunks_exact(4).map(|packed| [packed[0], packed[1], packed[2], packed[3]])
+}
+
+#[inline]
+fn eliminate(point: &[f64; ATTRIBUTES], columns: impl Iterator<Item = [f64; 4]>) -> PointQuadric {
     let mut reduced = PointQuadric {
-        a: [quadric[0], quadric[1], quadric[2], quadric[3], quadric[4], quadric[5]],
-        b: DVec3::new(quadric[B], quadric[B + 1], quadric[B + 2]),
-        c: quadric[C],
+        a: [point[0], point[1], point[2], point[3], point[4], point[5]],
+        b: DVec3::new(point[B], point[B + 1], point[B + 2]),
+        c: point[C],
     };
-    let w = quadric[W];
+    let w = point[W];
     if w <= 0.0 {
         return reduced;
     }
     let inverse = 1.0 / w;
-    for packed in quadric[ATTRIBUTES..].chunks_exact(4) {
-        let (column, offset) = (DVec3::new(packed[0], packed[1], packed[2]), packed[3]);
+    for [x, y, z, offset] in columns {
+        let column = DVec3::new(x, y, z);
         for (entry, square) in reduced.a.iter_mut().zip(outer(column)) {
             *entry -= square * inverse;
         }
@@ -249,10 +276,11 @@ mod tests {
     }
 
     fn sum(faces: &[Face]) -> Vec<f64> {
-        let mut quadric = vec![0.0; stride(2)];
+        let (mut quadric, mut one) = (vec![0.0; stride(2)], vec![0.0; stride(2)]);
         for face in faces {
-            let gradients = face.s.map(|s| Gradient::new(face.p, s));
-            add_triangle(&mut quadric, (face.p[0], normal(face.p)), &gradients, face.weight);
+            let gradients = face.s.iter().map(|&s| Gradient::new(face.p, s));
+            set_triangle(&mut one, (face.p[0], normal(face.p)), gradients, face.weight);
+            add(&mut quadric, &one);
         }
         quadric
     }
@@ -315,6 +343,9 @@ mod tests {
             let reduced = reduce(&quadric).evaluate(p);
             let scale = 1.0 + evaluate(&quadric, p, &[0.0; 2]).abs();
             prop_assert!((evaluate(&quadric, p, &best) - reduced).abs() <= 1e-9 * scale);
+            let (first, second) = faces.split_at(faces.len() / 2);
+            let halves = reduce_sum(&sum(first), &sum(second)).evaluate(p);
+            prop_assert!((halves - reduced).abs() <= 1e-9 * scale);
             let off = [best[0] + step[0], best[1] + step[1]];
             prop_assert!(evaluate(&quadric, p, &off) >= reduced - 1e-9 * scale);
         }

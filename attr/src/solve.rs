@@ -15,8 +15,11 @@ pub(crate) fn minimize(quadric: &PointQuadric, anchor: DVec3, pull: f64) -> Opti
     let [xx, xy, xz, yy, yz, zz] = quadric.a;
     let (xx, yy, zz) = (xx + pull, yy + pull, zz + pull);
     let matrix = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
-    let is_definite = xx > 0.0 && xx * yy > xy * xy && matrix.determinant() > 0.0;
-    let inverse = matrix.try_inverse().filter(|_| is_definite)?;
+    let inverse = matrix.try_inverse()?;
+    // The last entry of the inverse is the second leading minor over the determinant.
+    if !(xx > 0.0 && xx * yy > xy * xy && inverse.m33 > 0.0) {
+        return None;
+    }
     let right = anchor * pull - quadric.b;
     let solution = inverse * Vector3::new(right.x, right.y, right.z);
     let point = DVec3::new(solution.x, solution.y, solution.z);
