@@ -64,7 +64,7 @@ pub fn simplify_chain(
         if regions::is_large(descent.triangles(), target) {
             descent = begin(Ground::Stage(Box::new(descent.into_stage())), target);
         }
-        let stopped = descent.descend(target, removed);
+        let stopped = descent.descend(target, regions::turn(descent.triangles()), removed);
         let (mut level, point_sources, wedge_sources) = descent.snapshot();
         finish_attributes(&mut level, &range);
         let error = descent.error();

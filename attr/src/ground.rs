@@ -128,7 +128,16 @@ fn measure(
     point_sources.truncate(own[0]);
     wedge_sources.truncate(own[1]);
     let Mesh { triangles, groups, wedge_points, .. } = part;
-    Stage { metric, triangles, groups, wedge_points, point_sources, wedge_sources, error: 0.0 }
+    Stage {
+        metric,
+        bounds: vec![[0.0; 3]; triangles.len()],
+        triangles,
+        groups,
+        wedge_points,
+        point_sources,
+        wedge_sources,
+        error: 0.0,
+    }
 }
 
 #[cfg(test)]

@@ -29,6 +29,7 @@ mod metric;
 mod polish;
 mod quadric;
 mod queue;
+mod rank;
 mod ray;
 mod regions;
 mod sample;

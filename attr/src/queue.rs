@@ -17,6 +17,10 @@ fn entry(cost: f64, item: u32) -> u64 {
     u64::from((cost as f32).to_bits()) << 32 | u64::from(item)
 }
 
+fn cost_of(entry: u64) -> f64 {
+    f64::from(f32::from_bits((entry >> 32) as u32))
+}
+
 impl Queue {
     /// A queue of items with their costs, which must be 0 or more.
     pub(crate) fn new(items: impl IntoIterator<Item = (f64, u32)>) -> Self {
@@ -33,10 +37,14 @@ impl Queue {
         self.heap.pop().map(|Reverse(entry)| entry as u32)
     }
 
+    /// All that waits, in no order.
+    pub(crate) fn into_items(self) -> impl Iterator<Item = (f64, u32)> {
+        self.heap.into_iter().map(|Reverse(entry)| (cost_of(entry), entry as u32))
+    }
+
     /// The least cost that waits, infinite if nothing does.
     pub(crate) fn least(&self) -> f64 {
-        let cost = |entry: u64| f64::from(f32::from_bits((entry >> 32) as u32));
-        self.heap.peek().map_or(f64::INFINITY, |Reverse(entry)| cost(*entry))
+        self.heap.peek().map_or(f64::INFINITY, |Reverse(entry)| cost_of(*entry))
     }
 
     /// Whether something waits that costs less than `cost`.

@@ -3,15 +3,14 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use rayon::prelude::*;
-
 use crate::collapse::{Candidate, Plan};
 use crate::id::{EdgeId, PointId, TriangleId, WedgeId};
 use crate::marks::Marks;
 use crate::mesh::{Layout, Mesh};
 use crate::metric::{Metric, Weights};
 use crate::queue::Queue;
-use crate::stage::{Key, Numbers, Stage};
+use crate::rank::{edge_bounds, rank_all, triangle_bounds};
+use crate::stage::Stage;
 use crate::topology::Topology;
 
 /// Shells of up to this many triangles may vanish as a whole once none of their edges can
@@ -20,9 +19,6 @@ const SMALL_SHELL: usize = 16;
 /// Collapses that were found illegal are tried again each time the mesh has shrunk to this share
 /// of its size: what surrounded them has changed by then.
 const RETRY_SHARE: f64 = 0.9;
-
-/// Edges that one thread prices at least before another is asked.
-const RANKED_AT_ONCE: usize = 1 << 15;
 
 /// Options of a simplification.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -65,10 +61,12 @@ pub(crate) struct Descent<'a> {
     metric: Metric,
     /// Per triangle.
     groups: Vec<u32>,
-    /// The share of its points that may move.
-    free_share: f64,
+    /// How many of its points may move.
+    free_points: usize,
     /// Edges by their ids, and beyond those shells by one of their points.
     queue: Queue,
+    /// Per edge: what it cost at least when this descent began, 0 if nobody had asked.
+    bounds: Vec<f32>,
     /// Per edge: whether it was found illegal and waits for its surroundings to change.
     aside: Vec<bool>,
     rejected: Vec<(f64, EdgeId)>,
@@ -89,13 +87,15 @@ impl<'a> Descent<'a> {
         let (points, wedges) = (stage.point_sources.len(), stage.wedge_points.len());
         let topology = Topology::new(stage.triangles, stage.wedge_points, points);
         let held = locked.iter().filter(|locked| **locked).count();
+        let bounds = edge_bounds(&topology, &stage.bounds);
         Self {
             source,
             layout: source.layout,
-            queue: rank_all(&topology, &stage.metric, wedges, locked),
+            queue: rank_all(&topology, &stage.metric, &bounds, wedges, locked),
+            bounds,
             metric: stage.metric,
             groups: stage.groups,
-            free_share: 1.0 - held as f64 / points.max(1) as f64,
+            free_points: points - held,
             aside: vec![false; topology.edge_count()],
             rejected: Vec::new(),
             plan: Plan::new(points, wedges),
@@ -108,9 +108,9 @@ impl<'a> Descent<'a> {
         }
     }
 
-    /// The share of its points that may move.
-    pub(crate) fn free_share(&self) -> f64 {
-        self.free_share
+    /// How many of its points may move.
+    pub(crate) fn free_points(&self) -> usize {
+        self.free_points
     }
 
     /// Triangles now.
@@ -124,14 +124,21 @@ impl<'a> Descent<'a> {
     }
 
     /// Collapses until at most `target` triangles are left, counting on `removed` as it goes.
-    pub(crate) fn descend(&mut self, target: usize, removed: &AtomicUsize) -> Option<Stop> {
-        self.descend_while(|_, triangles| triangles > target, removed)
+    pub(crate) fn descend(
+        &mut self,
+        target: usize,
+        turn: f64,
+        removed: &AtomicUsize,
+    ) -> Option<Stop> {
+        self.descend_while(|_, triangles| triangles > target, turn, removed)
     }
 
-    /// Collapses while `goes_on` says so of the least cost that waits and of the triangles left.
+    /// Collapses while `goes_on` says so of the least cost that waits and of the triangles left. A
+    /// collapse has its turn when nothing that waits costs less than the share `turn` of it.
     pub(crate) fn descend_while(
         &mut self,
         mut goes_on: impl FnMut(f64, usize) -> bool,
+        turn: f64,
         removed: &AtomicUsize,
     ) -> Option<Stop> {
         let mut retried_at = self.triangles();
@@ -150,8 +157,8 @@ impl<'a> Descent<'a> {
             };
             let edges = self.topology.edge_count() as u32;
             let step = match item.checked_sub(edges) {
-                None => self.collapse(EdgeId(item)),
-                Some(point) => self.vanish(PointId(point)),
+                None => self.collapse(EdgeId(item), turn),
+                Some(point) => self.vanish(PointId(point), turn),
             };
             match step {
                 Ok(triangles) => {
@@ -168,10 +175,10 @@ impl<'a> Descent<'a> {
 
     /// Collapses an edge at its cheapest legal placement, or queues it again if that costs more
     /// than what waits. Returns how many triangles went.
-    fn collapse(&mut self, edge: EdgeId) -> Result<usize, Stop> {
+    fn collapse(&mut self, edge: EdgeId, turn: f64) -> Result<usize, Stop> {
         let Some(points) = self.topology.ends(edge) else { return Ok(0) };
         let price = self.plan.price(&self.topology, &self.metric, points);
-        if self.queue.has_cheaper(price) {
+        if self.queue.has_cheaper(turn * price) {
             self.queue.push(price, edge.0);
             return Ok(0);
         }
@@ -181,7 +188,7 @@ impl<'a> Descent<'a> {
         }
         let cheapest = self.plan.cheapest(&self.metric);
         if let Some(Candidate { cost, .. }) = cheapest
-            && self.queue.has_cheaper(cost)
+            && self.queue.has_cheaper(turn * cost)
         {
             self.queue.push(cost, edge.0);
             return Ok(0);
@@ -194,7 +201,7 @@ impl<'a> Descent<'a> {
             self.reject(price, edge, points[0]);
             return Ok(0);
         };
-        if self.queue.has_cheaper(cost) {
+        if self.queue.has_cheaper(turn * cost) {
             self.queue.push(cost, edge.0);
             return Ok(0);
         }
@@ -276,14 +283,14 @@ impl<'a> Descent<'a> {
     }
 
     /// Takes a small shell out, unless it is all there is or costs more than what waits.
-    fn vanish(&mut self, point: PointId) -> Result<usize, Stop> {
+    fn vanish(&mut self, point: PointId, turn: f64) -> Result<usize, Stop> {
         let shell = self.topology.small_shell(point, SMALL_SHELL, &mut self.counts);
         let Some(shell) = shell.filter(|s| !s.is_empty() && s.len() < self.triangles()) else {
             return Ok(0);
         };
         let (area, radius) = self.measure(&shell);
         let cost = area * radius * radius;
-        if self.queue.has_cheaper(cost) {
+        if self.queue.has_cheaper(turn * cost) {
             self.queue.push(cost, self.topology.edge_count() as u32 + point.0);
             return Ok(0);
         }
@@ -294,29 +301,22 @@ impl<'a> Descent<'a> {
         Ok(shell.len())
     }
 
-    /// The surface as it stands, without what is gone.
+    /// The surface as it stands, with points and wedges among its own that are gone.
     pub(crate) fn into_stage(self) -> Stage {
-        let (points, wedges) = (self.point_sources.len(), self.wedge_sources.len());
+        let rejected = self.rejected.into_iter().map(|(price, edge)| (price, edge.0));
+        let waiting = self.queue.into_items().chain(rejected);
+        let bounds = triangle_bounds(&self.topology, self.bounds, waiting);
         let (triangles, live, wedge_points) = self.topology.into_parts();
-        let whole = Stage {
+        Stage {
             metric: self.metric,
-            triangles,
-            groups: self.groups,
+            triangles: kept(triangles, &live),
+            groups: kept(self.groups, &live),
+            bounds: kept(bounds, &live),
             wedge_points,
             point_sources: self.point_sources,
             wedge_sources: self.wedge_sources,
             error: self.error,
-        };
-        let left = live.iter().filter(|live| **live).count();
-        // A surface has about half as many points as triangles, and hardly more wedges.
-        let sizes = [left, left * 5 / 8, left * 5 / 8];
-        let mut stage = Stage::empty(&whole.metric.space, whole.metric.attributes, sizes);
-        stage.error = whole.error;
-        let mut numbers = Numbers::new(points, wedges);
-        for triangle in (0..live.len()).map(TriangleId::new).filter(|&t| live[t]) {
-            stage.add(&whole, triangle, Key::Own, &mut numbers);
         }
-        stage
     }
 
     /// The mesh as it stands, and for each of its points and wedges the one of the source that it
@@ -353,21 +353,9 @@ impl<'a> Descent<'a> {
     }
 }
 
-/// Prices every edge that is free to move, in parallel; the order of the queue does not depend on
-/// it.
-fn rank_all(topology: &Topology, metric: &Metric, wedges: usize, locked: &[bool]) -> Queue {
-    let points = metric.positions.len();
-    let is_free = |ends: &[PointId; 2]| !ends.iter().any(|p| locked.get(p.index()) == Some(&true));
-    let prices: Vec<Option<f64>> = (0..topology.edge_count())
-        .into_par_iter()
-        .with_min_len(RANKED_AT_ONCE)
-        .map_init(
-            || Plan::new(points, wedges),
-            |plan, edge| {
-                let ends = topology.ends(EdgeId::new(edge)).filter(is_free)?;
-                Some(plan.price(topology, metric, ends))
-            },
-        )
-        .collect();
-    Queue::new(prices.into_iter().zip(0..).filter_map(|(price, edge)| Some((price?, edge))))
+/// What is marked as live.
+fn kept<T>(mut all: Vec<T>, live: &[bool]) -> Vec<T> {
+    let mut live = live.iter();
+    all.retain(|_| live.next() == Some(&true));
+    all
 }

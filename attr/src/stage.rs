@@ -14,6 +14,9 @@ pub(crate) struct Stage {
     pub(crate) metric: Metric,
     pub(crate) triangles: Vec<[WedgeId; 3]>,
     pub(crate) groups: Vec<u32>,
+    /// One per triangle: what collapsing the edge opposite each of its corners costs at least, 0 where
+    /// nobody has asked yet.
+    pub(crate) bounds: Vec<[f32; 3]>,
     pub(crate) wedge_points: Vec<PointId>,
     /// Per point and per wedge: the one of the source that it stands for. No two stand for the same.
     pub(crate) point_sources: Vec<PointId>,
@@ -87,6 +90,7 @@ impl Stage {
             metric: Metric::new(source, space),
             triangles: source.triangles.clone(),
             groups: source.groups.clone(),
+            bounds: vec![[0.0; 3]; source.triangles.len()],
             wedge_points: source.wedge_points.clone(),
             point_sources: (0..source.positions.len()).map(PointId::new).collect(),
             wedge_sources: (0..source.wedge_points.len()).map(WedgeId::new).collect(),
@@ -104,6 +108,7 @@ impl Stage {
             metric: Metric::empty(space, attributes, [points, wedges]),
             triangles: Vec::with_capacity(triangles),
             groups: Vec::with_capacity(triangles),
+            bounds: Vec::with_capacity(triangles),
             wedge_points: Vec::with_capacity(wedges),
             point_sources: Vec::with_capacity(points),
             wedge_sources: Vec::with_capacity(wedges),
@@ -131,6 +136,20 @@ impl Stage {
         Some(joined)
     }
 
+    /// The same surface without the points and wedges that no triangle uses.
+    pub(crate) fn compact(&self) -> Self {
+        let left = self.triangles.len();
+        // A surface has about half as many points as triangles, and hardly more wedges.
+        let sizes = [left, left * 5 / 8, left * 5 / 8];
+        let mut stage = Self::empty(&self.metric.space, self.metric.attributes, sizes);
+        stage.error = self.error;
+        let mut numbers = Numbers::new(self.point_sources.len(), self.wedge_sources.len());
+        for triangle in (0..left).map(TriangleId::new) {
+            stage.add(self, triangle, Key::Own, &mut numbers);
+        }
+        stage
+    }
+
     /// The points of a triangle.
     pub(crate) fn points(&self, triangle: TriangleId) -> [PointId; 3] {
         self.triangles[triangle].map(|wedge| self.wedge_points[wedge])
@@ -148,6 +167,7 @@ impl Stage {
             from.triangles[triangle].map(|wedge| self.add_wedge(from, wedge, key, numbers));
         self.triangles.push(corners);
         self.groups.push(from.groups[triangle]);
+        self.bounds.push(from.bounds[triangle]);
     }
 
     fn add_wedge(

@@ -15,6 +15,8 @@ const NONE: u32 = u32::MAX;
 pub(crate) struct Topology {
     /// One per triangle: its corners' wedges today.
     triangles: Vec<[WedgeId; 3]>,
+    /// One per triangle: its corners' points today, which its wedges would tell a jump later.
+    points: Vec<[PointId; 3]>,
     /// One per triangle: the edges opposite its corners.
     edges: Vec<[EdgeId; 3]>,
     /// One per edge: its points, the lesser first, or one of them twice once it is gone.
@@ -39,6 +41,7 @@ impl Topology {
     ) -> Self {
         let count = triangles.len();
         let mut topology = Self {
+            points: triangles.iter().map(|t| t.map(|wedge| wedge_points[wedge])).collect(),
             triangles,
             edges: vec![[EdgeId::default(); 3]; count],
             ends: Vec::with_capacity(count * 3 / 2),
@@ -114,6 +117,11 @@ impl Topology {
         (self.triangles, self.live, self.wedge_points)
     }
 
+    /// Per triangle: the edges opposite its corners.
+    pub(crate) fn triangle_edges(&self) -> &[[EdgeId; 3]] {
+        &self.edges
+    }
+
     /// How many edges there were at first.
     pub(crate) fn edge_count(&self) -> usize {
         self.ends.len()
@@ -162,7 +170,7 @@ impl Topology {
     /// The points of a triangle's corners.
     #[inline]
     pub(crate) fn points(&self, triangle: TriangleId) -> [PointId; 3] {
-        self.triangles[triangle].map(|wedge| self.wedge_points[wedge])
+        self.points[triangle]
     }
 
     #[inline]
@@ -172,7 +180,7 @@ impl Topology {
 
     #[inline]
     fn point(&self, corner: CornerId) -> PointId {
-        self.wedge_points[self.wedge(corner)]
+        self.points[corner.triangle()][corner.slot()]
     }
 
     /// The live corners at a point, in a fixed order.
@@ -258,6 +266,7 @@ impl Topology {
             }
             let wedge = self.wedge(corner);
             self.wedge_points[wedge] = kept;
+            self.points[corner.triangle()][corner.slot()] = kept;
         }
         if self.first[gone] == NONE {
             return;

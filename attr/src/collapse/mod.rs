@@ -105,10 +105,10 @@ impl Plan {
     ) -> f64 {
         if let [Some(a), Some(b)] = points.map(|point| topology.sole_wedge(point)) {
             self.points = points;
-            self.quadrics.clear();
-            self.quadrics.extend_from_slice(metric.quadric(a));
-            quadric::add(&mut self.quadrics, metric.quadric(b));
-            self.add_up(metric);
+            let (a, b) = (metric.quadric(a), metric.quadric(b));
+            self.total = quadric::reduce_sum(a, b);
+            points.iter().for_each(|&point| self.total.add(&metric.constraints[point]));
+            self.weight = quadric::weight(a) + quadric::weight(b);
         } else {
             self.set(topology, metric, points);
         }
@@ -145,10 +145,10 @@ impl Plan {
                     self.wedges.push(wedge);
                 }
                 let other = if point == kept { gone } else { kept };
-                let others = topology.others(corner);
-                if !others.contains(&other) {
+                let [a, b] = topology.others(corner);
+                if a != other && b != other {
                     self.surviving.push(corner);
-                    self.star.push(others.map(|point| metric.positions[point]));
+                    self.star.push([metric.positions[a], metric.positions[b]]);
                 } else if point == kept {
                     self.vanishing.push(corner.triangle());
                 }
@@ -229,9 +229,9 @@ impl Plan {
     fn places(&self, metric: &Metric) -> [Option<DVec3>; 4] {
         let [a, b] = self.points.map(|point| metric.positions[point]);
         let middle = (a + b) / 2.0;
-        let reach = REACH * a.distance(b);
+        let reach = REACH * REACH * a.distance_squared(b);
         let best = minimize(&self.total, middle, PULL * self.weight)
-            .filter(|best| best.distance(middle) <= reach);
+            .filter(|best| best.distance_squared(middle) <= reach);
         [best, Some(a), Some(b), Some(middle)]
     }
 

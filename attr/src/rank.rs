@@ -1,0 +1,107 @@
+//! In which order edges wait at first, and what of it outlives a descent.
+//!
+//! Quadrics only grow, so what an edge once cost by them is the least that it costs from then on; what
+//! it exposes may shrink again, but rarely does. That bound goes with the triangles from one descent
+//! to the next, and most edges wait under it until their turn comes; a price is worked out only where
+//! nobody has asked before.
+
+use rayon::prelude::*;
+
+use crate::collapse::Plan;
+use crate::id::{EdgeId, PointId};
+use crate::metric::Metric;
+use crate::queue::Queue;
+use crate::topology::Topology;
+
+/// Edges that one thread ranks at least before another is asked.
+const AT_ONCE: usize = 1 << 15;
+
+/// The bounds of edges, from those that triangles carry.
+pub(crate) fn edge_bounds(topology: &Topology, triangles: &[[f32; 3]]) -> Vec<f32> {
+    let mut bounds = vec![0.0f32; topology.edge_count()];
+    for (edges, of_edges) in topology.triangle_edges().iter().zip(triangles) {
+        for (&edge, &bound) in edges.iter().zip(of_edges) {
+            bounds[edge] = bounds[edge].max(bound);
+        }
+    }
+    bounds
+}
+
+/// What triangles carry on: the costs of the items that still wait, and for edges that do not their
+/// bounds of before.
+pub(crate) fn triangle_bounds(
+    topology: &Topology,
+    mut bounds: Vec<f32>,
+    waiting: impl Iterator<Item = (f64, u32)>,
+) -> Vec<[f32; 3]> {
+    for (cost, item) in waiting {
+        if let Some(bound) = bounds.get_mut(item as usize) {
+            *bound = cost as f32;
+        }
+    }
+    topology.triangle_edges().iter().map(|edges| edges.map(|edge| bounds[edge])).collect()
+}
+
+/// Queues every edge that is free to move, in parallel; the order of the queue does not depend on
+/// it.
+pub(crate) fn rank_all(
+    topology: &Topology,
+    metric: &Metric,
+    bounds: &[f32],
+    wedges: usize,
+    locked: &[bool],
+) -> Queue {
+    let points = metric.positions.len();
+    let is_free = |ends: &[PointId; 2]| !ends.iter().any(|p| locked.get(p.index()) == Some(&true));
+    let costs: Vec<Option<f64>> = bounds
+        .par_iter()
+        .enumerate()
+        .with_min_len(AT_ONCE)
+        .map_init(
+            || Plan::new(points, wedges),
+            |plan, (edge, &bound)| {
+                let ends = topology.ends(EdgeId::new(edge)).filter(is_free)?;
+                let price = |plan: &mut Plan| plan.price(topology, metric, ends);
+                Some(if bound > 0.0 { f64::from(bound) } else { price(plan) })
+            },
+        )
+        .collect();
+    Queue::new(costs.into_iter().zip(0..).filter_map(|(cost, edge)| Some((cost?, edge))))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+    use std::sync::atomic::AtomicUsize;
+
+    use super::*;
+    use crate::metric::Weights;
+    use crate::simplify::Descent;
+    use crate::space::Space;
+    use crate::stage::Stage;
+    use crate::testing::sphere;
+
+    #[test]
+    fn what_a_descent_hands_on_is_at_most_what_an_edge_costs() {
+        let mesh = sphere(24);
+        let space = Arc::new(Space::new(&mesh, Weights::default()));
+        let mut descent = Descent::new(&mesh, Stage::new(&mesh, &space), &[], f64::INFINITY);
+        descent.descend(mesh.triangles.len() / 2, 1.0, &AtomicUsize::new(0));
+        let stage = descent.into_stage().compact();
+        let (points, wedges) = (stage.point_sources.len(), stage.wedge_sources.len());
+        let topology = Topology::new(stage.triangles.clone(), stage.wedge_points.clone(), points);
+        let bounds = edge_bounds(&topology, &stage.bounds);
+        let (mut plan, mut above, mut same) = (Plan::new(points, wedges), 0, 0);
+        for (edge, &bound) in bounds.iter().enumerate() {
+            let ends = topology.ends(EdgeId::new(edge)).expect("an edge");
+            plan.set(&topology, &stage.metric, ends);
+            let cheapest = plan.cheapest(&stage.metric).expect("a place").cost as f32;
+            assert!(bound > 0.0 && bound < 2.0 * cheapest, "{bound} of {cheapest}");
+            above += usize::from(bound > 1.001 * cheapest);
+            same += usize::from((0.999..=1.001).contains(&(bound / cheapest)));
+        }
+        let all = bounds.len();
+        assert!(above * 20 < all, "{above} of {all} cost less than they did");
+        assert!(same * 10 > all, "{same} of {all} cost what they did");
+    }
+}
