@@ -7,7 +7,7 @@ use crate::error::{Error, Result};
 use crate::ground::Ground;
 use crate::id::{PointId, WedgeId};
 use crate::mesh::Mesh;
-use crate::polish::{Polish, Sampled, polish};
+use crate::polish::{Polish, Source, polish};
 use crate::quadric::MAX_ATTRIBUTES;
 use crate::regions;
 use crate::simplify::{Descent, Options, Stop};
@@ -101,7 +101,7 @@ pub fn polish_chain(
     done: &AtomicUsize,
 ) -> Result<()> {
     options.check()?;
-    let (source, range) = (Sampled::new(mesh), color_range(mesh));
+    let (source, range) = (Source::new(mesh), color_range(mesh));
     for level in levels {
         if level.mesh.triangles.len() < mesh.triangles.len() {
             polish(&source, &mut level.mesh, options);

@@ -24,6 +24,43 @@ pub struct Sample {
     pub barycentrics: DVec3,
 }
 
+/// Samples of a surface, made when they are asked for.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Samples {
+    /// One more than triangles: how many samples the triangles before have.
+    starts: Vec<u32>,
+    seed: u64,
+}
+
+impl Samples {
+    /// Spreads `count` samples over the triangles by area. None at all if that is 0 or not finite.
+    pub(crate) fn new(positions: &[Vec3], triangles: &[[u32; 3]], count: usize, seed: u64) -> Self {
+        let area = |&t: &[u32; 3]| area_vector(t.map(|p| positions[p as usize])).length();
+        let total: f64 = triangles.iter().map(area).sum();
+        if total <= 0.0 || !total.is_finite() {
+            return Self { starts: vec![0; triangles.len() + 1], seed };
+        }
+        let share = count as f64 / total;
+        // Off the ends, so that rounding of the last triangle's end takes no sample away.
+        let start = unit(hash(seed, u64::MAX)).clamp(1e-6, 1.0 - 1e-6);
+        let mut end = 0.0;
+        let ends = triangles.iter().map(|triangle| {
+            end += area(triangle);
+            // Sample s lies at s + start on the line of areas.
+            ((end * share - start).ceil().max(0.0) as usize).min(count) as u32
+        });
+        Self { starts: std::iter::once(0).chain(ends).collect(), seed }
+    }
+
+    /// Those of one triangle.
+    pub(crate) fn of(&self, triangle: TriangleId) -> impl Iterator<Item = Sample> + use<> {
+        let at = triangle.index();
+        let shift = hash(self.seed, at as u64);
+        (0..self.starts[at + 1] - self.starts[at])
+            .map(move |rank| Sample { triangle, barycentrics: spread(f64::from(rank), shift) })
+    }
+}
+
 /// `count` samples spread over the surface by area, in the order of the triangles. None at all if
 /// its area is 0 or not finite.
 ///
@@ -35,29 +72,8 @@ pub fn sample_surface(
     count: usize,
     seed: u64,
 ) -> Vec<Sample> {
-    let areas = triangles.iter().map(|&t| area_vector(t.map(|p| positions[p as usize])).length());
-    let total: f64 = areas.clone().sum();
-    if total <= 0.0 || !total.is_finite() {
-        return Vec::new();
-    }
-    let share = count as f64 / total;
-    // Off the ends, so that rounding of the last triangle's end takes no sample away.
-    let start = unit(hash(seed, u64::MAX)).clamp(1e-6, 1.0 - 1e-6);
-    let mut samples = Vec::with_capacity(count);
-    let mut end = 0.0;
-    for (index, area) in areas.enumerate() {
-        end += area;
-        // Sample s lies at s + start on the line of areas.
-        let until = ((end * share - start).ceil().max(0.0) as usize).min(count);
-        let shift = hash(seed, index as u64);
-        for rank in 0..until.saturating_sub(samples.len()) {
-            samples.push(Sample {
-                triangle: TriangleId::new(index),
-                barycentrics: spread(rank as f64, shift),
-            });
-        }
-    }
-    samples
+    let samples = Samples::new(positions, triangles, count, seed);
+    (0..triangles.len()).flat_map(|t| samples.of(TriangleId::new(t))).collect()
 }
 
 /// Member `rank` of the R₂ sequence from a start that `shift` chooses, on a triangle.

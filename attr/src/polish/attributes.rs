@@ -3,39 +3,27 @@
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::pairs::Sampled;
+use super::pairs::Pair;
+use super::sheet::Spot;
 use super::system::{Element, Graph, System};
 use crate::buckets::Buckets;
-use crate::id::TriangleId;
 use crate::mesh::Mesh;
-use crate::sample::Sample;
 use crate::shape::folds;
 
 const ITERATIONS: usize = 30;
 const TOLERANCE: f64 = 1e-3;
 
-/// Two points that belong together.
-#[derive(Clone, Copy, Debug)]
-struct Match {
-    source: Sample,
-    level: Sample,
-}
-
-/// Fits every wedge's row.
-pub(super) fn fit(source: &Sampled<'_>, samples: &[Sample], level: &mut Mesh, damping: f64) {
+/// Fits every wedge's row to what the source has at its counterparts. Pairs of two groups or two
+/// charts do not count.
+pub(super) fn fit(source: &Mesh, level: &mut Mesh, mut pairs: Vec<Pair>, damping: f64) {
     let attributes = level.layout.len();
     if attributes == 0 {
         return;
     }
-    let sampled = Sampled::new(level);
-    let groups = |a: TriangleId, b: TriangleId| source.mesh.groups[a] == level.groups[b];
-    let there = source.pair(samples, &sampled, groups);
-    let groups = |a: TriangleId, b: TriangleId| level.groups[a] == source.mesh.groups[b];
-    let back = sampled.pair(&sampled.sample(samples.len()), source, groups);
-    let there = there.iter().map(|pair| Match { source: pair.sample, level: pair.foot });
-    let back = back.iter().map(|pair| Match { source: pair.foot, level: pair.sample });
-    let mut pairs: Vec<Match> = there.chain(back).collect();
-    pairs.retain(|pair| in_same_chart(source.mesh, level, pair));
+    pairs.retain(|pair| {
+        source.groups[pair.source.triangle] == level.groups[pair.level.triangle]
+            && in_same_chart(source, level, pair)
+    });
     let graph = Graph::new(
         level.triangles.iter().map(|wedges| wedges.map(|w| w.0)).collect(),
         level.wedge_points.len(),
@@ -59,9 +47,10 @@ pub(super) fn fit(source: &Sampled<'_>, samples: &[Sample], level: &mut Mesh, da
                 .map(|t| {
                     let mut right = [0.0; 3];
                     for pair in by_triangle.of(t).iter().map(|&at| &pairs[at as usize]) {
-                        let off = value(source.mesh, &pair.source, attribute)
+                        let off = value(source, &pair.source, attribute)
                             - value(level, &pair.level, attribute);
-                        (0..3).for_each(|k| right[k] += pair.level.barycentrics[k] * off);
+                        let b = pair.level.barycentrics();
+                        (0..3).for_each(|k| right[k] += b[k] * off);
                     }
                     right
                 })
@@ -79,21 +68,19 @@ pub(super) fn fit(source: &Sampled<'_>, samples: &[Sample], level: &mut Mesh, da
 }
 
 /// An attribute at a point of a mesh.
-fn value(mesh: &Mesh, sample: &Sample, attribute: usize) -> f64 {
-    let wedges = mesh.triangles[sample.triangle];
-    (0..3)
-        .map(|slot| f64::from(mesh.row(wedges[slot])[attribute]) * sample.barycentrics[slot])
-        .sum()
+fn value(mesh: &Mesh, spot: &Spot, attribute: usize) -> f64 {
+    let (wedges, b) = (mesh.triangles[spot.triangle], spot.barycentrics());
+    (0..3).map(|slot| f64::from(mesh.row(wedges[slot])[attribute]) * b[slot]).sum()
 }
 
-fn uv(mesh: &Mesh, sample: &Sample, set: usize) -> DVec2 {
+fn uv(mesh: &Mesh, spot: &Spot, set: usize) -> DVec2 {
     let at = mesh.layout.uv(set);
-    DVec2::new(value(mesh, sample, at), value(mesh, sample, at + 1))
+    DVec2::new(value(mesh, spot, at), value(mesh, spot, at + 1))
 }
 
 /// Whether the UVs of a pair are nearer than half a triangle of the level: farther apart, they lie
 /// in two charts.
-fn in_same_chart(source: &Mesh, level: &Mesh, pair: &Match) -> bool {
+fn in_same_chart(source: &Mesh, level: &Mesh, pair: &Pair) -> bool {
     (0..level.layout.uv_sets).all(|set| {
         let off = uv(source, &pair.source, set).distance(uv(level, &pair.level, set));
         let [a, b, c] = level.triangles[pair.level.triangle].map(|w| level.uv(w, set).as_dvec2());
@@ -101,10 +88,10 @@ fn in_same_chart(source: &Mesh, level: &Mesh, pair: &Match) -> bool {
     })
 }
 
-fn element<'a>(pairs: impl Iterator<Item = &'a Match>) -> Element<f64> {
+fn element<'a>(pairs: impl Iterator<Item = &'a Pair>) -> Element<f64> {
     let mut element = Element::default();
     for pair in pairs {
-        let b = pair.level.barycentrics;
+        let b = pair.level.barycentrics();
         for slot in 0..3 {
             element.corners[slot] += b[slot] * b[slot];
             element.edges[slot] += b[slot] * b[(slot + 1) % 3];

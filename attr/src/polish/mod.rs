@@ -19,13 +19,24 @@
 mod attributes;
 mod pairs;
 mod positions;
+mod sheet;
 mod system;
 #[cfg(test)]
 mod tests;
 
+use std::sync::Arc;
+
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
-pub(crate) use pairs::Sampled;
+use pairs::Pairs;
+pub(crate) use pairs::Source;
+use sheet::{Sheet, neighbors};
+
+/// Triangles of a level that get all their samples, and how few of theirs those beyond get. Many
+/// triangles are small ones, and need less to be fitted: a displaced sphere of 499,000 is at 1.02 of
+/// the RMS distance of a full density, one of 125,000 at 1.006.
+const FULL: usize = 30_000;
+const THINNED: f64 = 5.0;
 
 /// How a level is fitted.
 ///
@@ -46,14 +57,17 @@ pub(crate) use pairs::Sampled;
 /// | attribute damping 0.0001 | 0.927 | 0.767 | 1.00 |
 /// | attributes left alone | 1.091 | | 2.35 |
 ///
-/// Nearest points are nearly all of its time, so half the density takes half of it. The rows of
+/// Nearest points are most of its time. After the first round they are followed from where they were,
+/// which takes a fifth of finding them anew and gives 1.001, 1.005 and 1.004 of the row in bold;
+/// attributes fitted with the pairs of before the last move give 1.13 times its color. The rows of
 /// dampings are at density 20. More damping across a point's normal than along it (0.1 and 0.005)
 /// gives 0.940, 0.794 and 0.95.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Polish {
     /// How often samples are paired anew and positions solved for.
     pub rounds: usize,
-    /// Samples on either surface for each triangle of the level.
+    /// Samples on either surface for each triangle of the level, a fifth of that for those beyond
+    /// 30,000.
     pub density: f64,
     /// What holds a point where it was, in shares of the samples that a point has on average.
     pub damping: f64,
@@ -68,6 +82,13 @@ impl Default for Polish {
 }
 
 impl Polish {
+    /// Samples on either surface for a level of so many triangles.
+    fn samples(&self, triangles: usize) -> usize {
+        let few = triangles.min(FULL);
+        let more = (triangles - few) as f64 / THINNED;
+        (self.density * (few as f64 + more)).ceil() as usize
+    }
+
     pub(crate) fn check(&self) -> Result<()> {
         let figures = [self.density, self.damping, self.attribute_damping];
         if figures.iter().any(|x| !x.is_finite() || *x < 0.0) {
@@ -79,15 +100,15 @@ impl Polish {
 }
 
 /// Fits the positions and attributes of `level` to `source`, in the same units and layout.
-pub(crate) fn polish(source: &Sampled<'_>, level: &mut Mesh, options: &Polish) {
-    let count = (options.density * level.triangles.len() as f64).ceil() as usize;
-    let samples = source.sample(count);
-    if samples.is_empty() {
-        return;
-    }
-    let descended = level.positions.clone();
+pub(crate) fn polish(source: &Source<'_>, level: &mut Mesh, options: &Polish) {
+    let count = options.samples(level.triangles.len());
+    let (neighbors, descended) = (neighbors(level), level.positions.clone());
+    let mut pairs = Pairs::new(source, &Sheet::new(level, Arc::clone(&neighbors)), count);
     for _ in 0..options.rounds {
-        positions::fit(source, &samples, level, &descended, options.damping);
+        let sheet = Sheet::new(level, Arc::clone(&neighbors));
+        level.positions =
+            positions::fit(&source.sheet, &sheet, &pairs, &descended, options.damping);
+        pairs = pairs.follow(source, &Sheet::new(level, Arc::clone(&neighbors)));
     }
-    attributes::fit(source, &samples, level, options.attribute_damping);
+    attributes::fit(source.sheet.mesh, level, pairs.all, options.attribute_damping);
 }

@@ -1,85 +1,87 @@
 //! Which points of two surfaces belong together.
 
-use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
+use super::sheet::{Sheet, Spot, neighbors};
 use crate::id::TriangleId;
 use crate::mesh::Mesh;
-use crate::sample::{Sample, sample_surface};
+use crate::sample::Samples;
 use crate::surface::Surface;
-use crate::triangle::area_vector;
 
-/// Points whose normals differ by more than this cosine lie on two sheets.
-const SAME_SIDE: f64 = 0.2;
 /// Seed of the samples; any would do, but it must stay.
 const SEED: u64 = 2;
+/// Triangles whose samples one thread pairs at least, and pairs that it follows.
+const AT_ONCE: usize = 256;
 
-/// A surface that is sampled and searched.
-pub(crate) struct Sampled<'a> {
-    pub(super) mesh: &'a Mesh,
+/// The surface that levels are fitted to.
+pub(crate) struct Source<'a> {
+    pub(super) sheet: Sheet<'a>,
     surface: Surface,
-    /// One per triangle: its unit normal, zero if it has no area.
-    pub(super) normals: Vec<DVec3>,
-    triangles: Vec<[u32; 3]>,
 }
 
-/// A point of one surface and its counterpart on the other.
+impl<'a> Source<'a> {
+    pub(crate) fn new(mesh: &'a Mesh) -> Self {
+        let sheet = Sheet::new(mesh, neighbors(mesh));
+        Self { surface: sheet.surface(), sheet }
+    }
+}
+
+/// A point of the source and its counterpart on the level.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pair {
-    pub(super) sample: Sample,
-    pub(super) foot: Sample,
-    /// From the sample to the foot.
-    pub(super) offset: DVec3,
+    pub(super) source: Spot,
+    pub(super) level: Spot,
 }
 
-impl<'a> Sampled<'a> {
-    pub(crate) fn new(mesh: &'a Mesh) -> Self {
-        let triangles: Vec<[u32; 3]> =
-            (0..mesh.triangles.len()).map(|t| mesh.triangle_points(t).map(|p| p.0)).collect();
-        Self {
-            surface: Surface::new(&mesh.positions, triangles.iter().copied()),
-            normals: (0..triangles.len())
-                .map(|t| area_vector(mesh.triangle_positions(t)).normalize_or_zero())
-                .collect(),
-            triangles,
-            mesh,
-        }
+/// Samples of both surfaces, each with the nearest point of the other on the same side.
+pub(super) struct Pairs {
+    /// Those of samples of the source, then those of samples of the level.
+    pub(super) all: Vec<Pair>,
+    /// How many come from the source.
+    pub(super) there: usize,
+}
+
+impl Pairs {
+    /// Pairs `count` samples of either surface. One without a counterpart is left out.
+    pub(super) fn new(source: &Source<'_>, level: &Sheet<'_>, count: usize) -> Self {
+        let surface = level.surface();
+        let mut all = pair(&source.sheet, count, |spot| {
+            let found = level.find(&surface, &source.sheet, &spot)?;
+            Some(Pair { source: spot, level: found })
+        });
+        let there = all.len();
+        all.extend(pair(level, count, |spot| {
+            let found = source.sheet.find(&source.surface, level, &spot)?;
+            Some(Pair { source: found, level: spot })
+        }));
+        Self { all, there }
     }
 
-    /// `count` points spread over this surface.
-    pub(super) fn sample(&self, count: usize) -> Vec<Sample> {
-        sample_surface(&self.mesh.positions, &self.triangles, count, SEED)
+    /// The same samples with their nearest points after the level has moved a little.
+    pub(super) fn follow(mut self, source: &Source<'_>, level: &Sheet<'_>) -> Self {
+        let source = &source.sheet;
+        let (there, back) = self.all.split_at_mut(self.there);
+        there.par_iter_mut().with_min_len(AT_ONCE).for_each(|pair| {
+            pair.level = level.follow(pair.level.triangle, source, &pair.source);
+        });
+        back.par_iter_mut().with_min_len(AT_ONCE).for_each(|pair| {
+            pair.source = source.follow(pair.source.triangle, level, &pair.level);
+        });
+        self
     }
+}
 
-    fn point(&self, sample: &Sample) -> DVec3 {
-        let corners = self.mesh.triangle_positions(sample.triangle.index()).map(Vec3::as_dvec3);
-        let b = sample.barycentrics;
-        corners[0] * b.x + corners[1] * b.y + corners[2] * b.z
-    }
-
-    /// For each sample the nearest point of `other` on the same side, if there is one.
-    pub(super) fn pair(
-        &self,
-        samples: &[Sample],
-        other: &Self,
-        also: impl Fn(TriangleId, TriangleId) -> bool + Sync,
-    ) -> Vec<Pair> {
-        let pairs: Vec<Option<Pair>> = samples
-            .par_iter()
-            .with_min_len(256)
-            .map(|sample| {
-                let (point, normal) = (self.point(sample), self.normals[sample.triangle]);
-                let same = |t: TriangleId| {
-                    other.normals[t].dot(normal) > SAME_SIDE && also(sample.triangle, t)
-                };
-                let foot = other.surface.closest_foot(point, f64::INFINITY, same)?;
-                Some(Pair {
-                    sample: *sample,
-                    foot: Sample { triangle: foot.triangle, barycentrics: foot.barycentrics },
-                    offset: foot.point - point,
-                })
-            })
-            .collect();
-        pairs.into_iter().flatten().collect()
-    }
+/// What `meet` makes of `count` samples, in their order.
+fn pair(sheet: &Sheet<'_>, count: usize, meet: impl Fn(Spot) -> Option<Pair> + Sync) -> Vec<Pair> {
+    let triangles: Vec<[u32; 3]> = sheet.triangles().collect();
+    let samples = Samples::new(&sheet.mesh.positions, &triangles, count, SEED);
+    (0..triangles.len())
+        .into_par_iter()
+        .with_min_len(AT_ONCE)
+        .map(TriangleId::new)
+        .flat_map_iter(|triangle| {
+            let spots = samples.of(triangle).map(|s| Spot::new(s.triangle, s.barycentrics));
+            spots.filter_map(&meet)
+        })
+        .collect()
 }

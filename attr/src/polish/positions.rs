@@ -3,16 +3,48 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::pairs::{Pair, Sampled};
+use super::pairs::Pairs;
+use super::sheet::Sheet;
 use super::system::{Element, Graph, Symmetric, System};
 use crate::buckets::Buckets;
 use crate::edges::{EdgeKind, visit_edges};
 use crate::mesh::Mesh;
-use crate::sample::Sample;
 use crate::shape::{is_worse_sliver, turns};
 
 const ITERATIONS: usize = 30;
 const TOLERANCE: f64 = 1e-3;
+
+/// One round: moves the points of the level, which the descent had left at `descended`, towards
+/// where `pairs` have them.
+pub(super) fn fit(
+    source: &Sheet<'_>,
+    level: &Sheet<'_>,
+    pairs: &Pairs,
+    descended: &[Vec3],
+    damping: f64,
+) -> Vec<Vec3> {
+    let mesh = level.mesh;
+    let graph = Graph::new(
+        (0..mesh.triangles.len()).map(|t| mesh.triangle_points(t).map(|p| p.0)).collect(),
+        mesh.positions.len(),
+    );
+    let by_triangle =
+        Buckets::new(pairs.all.iter().map(|pair| pair.level.triangle.0), mesh.triangles.len());
+    let (elements, right): (Vec<_>, Vec<_>) = (0..mesh.triangles.len())
+        .into_par_iter()
+        .map(|triangle| {
+            let rows = by_triangle.of(triangle).iter().map(|&at| row(source, level, pairs, at));
+            element(rows)
+        })
+        .unzip();
+    let damping = damping * pairs.all.len() as f64 / mesh.positions.len() as f64;
+    let system = System::new(&graph, &elements, damping);
+    drop(elements);
+    let moves = system.solve(&graph.sum_corners(&right), &free_points(mesh), ITERATIONS, TOLERANCE);
+    let moved =
+        mesh.positions.iter().zip(&moves).map(|(p, by)| (p.as_dvec3() + *by).as_vec3()).collect();
+    keep_shape(mesh, descended, moved)
+}
 
 /// A distance to a plane, felt by the corners of one triangle of the level.
 struct Row {
@@ -22,53 +54,21 @@ struct Row {
     offset: f64,
 }
 
-/// One round: pairs samples of both surfaces and moves the points of the level, which the descent
-/// had left at `descended`.
-pub(super) fn fit(
-    source: &Sampled<'_>,
-    samples: &[Sample],
-    level: &mut Mesh,
-    descended: &[Vec3],
-    damping: f64,
-) {
-    let sampled = Sampled::new(level);
-    let there = source.pair(samples, &sampled, |_, _| true);
-    let back = sampled.pair(&sampled.sample(samples.len()), source, |_, _| true);
-    let rows = rows(&there, &back, source, &sampled);
-    let graph = Graph::new(
-        (0..level.triangles.len()).map(|t| level.triangle_points(t).map(|p| p.0)).collect(),
-        level.positions.len(),
-    );
-    let triangles =
-        there.iter().map(|p| p.foot.triangle.0).chain(back.iter().map(|p| p.sample.triangle.0));
-    let by_triangle = Buckets::new(triangles, level.triangles.len());
-    let (elements, right): (Vec<_>, Vec<_>) = (0..level.triangles.len())
-        .into_par_iter()
-        .map(|triangle| element(by_triangle.of(triangle).iter().map(|&row| &rows[row as usize])))
-        .unzip();
-    let damping = damping * rows.len() as f64 / level.positions.len() as f64;
-    let system = System::new(&graph, &elements, damping);
-    let moves =
-        system.solve(&graph.sum_corners(&right), &free_points(level), ITERATIONS, TOLERANCE);
-    let moved =
-        level.positions.iter().zip(&moves).map(|(p, by)| (p.as_dvec3() + *by).as_vec3()).collect();
-    level.positions = keep_shape(level, descended, moved);
-}
-
-fn rows(there: &[Pair], back: &[Pair], source: &Sampled<'_>, level: &Sampled<'_>) -> Vec<Row> {
-    let there = there.iter().map(|pair| {
-        let normal = level.normals[pair.foot.triangle];
-        Row { barycentrics: pair.foot.barycentrics, normal, offset: normal.dot(pair.offset) }
-    });
-    let back = back.iter().map(|pair| {
-        let normal = source.normals[pair.foot.triangle];
-        Row { barycentrics: pair.sample.barycentrics, normal, offset: -normal.dot(pair.offset) }
-    });
-    there.chain(back).collect()
+/// The distance of pair `at`, along the normal of the face that was found.
+fn row(source: &Sheet<'_>, level: &Sheet<'_>, pairs: &Pairs, at: u32) -> Row {
+    let pair = pairs.all[at as usize];
+    let found_on_level = (at as usize) < pairs.there;
+    let normal = if found_on_level {
+        level.normals[pair.level.triangle]
+    } else {
+        source.normals[pair.source.triangle]
+    };
+    let off = level.place(&pair.level) - source.place(&pair.source);
+    Row { barycentrics: pair.level.barycentrics(), normal, offset: normal.dot(off) }
 }
 
 /// The normal equations of the rows on one triangle.
-fn element<'a>(rows: impl Iterator<Item = &'a Row>) -> (Element<Symmetric>, [DVec3; 3]) {
+fn element(rows: impl Iterator<Item = Row>) -> (Element<Symmetric>, [DVec3; 3]) {
     let (mut element, mut right) = (Element::default(), [DVec3::ZERO; 3]);
     for row in rows {
         let b = row.barycentrics;
