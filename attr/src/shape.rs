@@ -4,13 +4,17 @@ use glam::{DVec2, DVec3};
 
 /// A surviving triangle may not turn by more than 75°.
 const TURN_COSINE: f64 = 0.258_819;
-/// A surviving triangle may not become thinner than this and half as thick as it was. An equilateral
-/// triangle has quality 1.
+/// A surviving triangle may not become thinner than this and than a share of what it was. An
+/// equilateral triangle has quality 1.
 ///
 /// With any loss forbidden, thin tubes and wires get stuck and their descent goes elsewhere: at
-/// 12.5 % a ship's RMS distance is 4.9e-3 of the diagonal instead of 1.8e-3, a strung racquet's
-/// 4.7e-3 instead of 2.8e-3; a fifth instead of a half gains nothing more in images.
+/// 12.5 % a ship's RMS distance is 4.9e-3 of the diagonal instead of 1.8e-3. With half of it allowed,
+/// a string of a racquet can't join two of its segments, whose triangles are then half as thick as
+/// they were, and gives up its ends instead. RMS distance at 12.5 and 6.25 % over that at a half: 0.53 and
+/// 0.62 with a fifth, 0.52 and 0.34 with a twentieth, 0.53 and 0.33 with none of it to be kept. Other
+/// models are within 2 %, and so is luminance.
 const SLIVER: f64 = 0.05;
+const KEPT_THICKNESS: f64 = 0.05;
 
 fn cross(p: [DVec3; 3]) -> DVec3 {
     (p[1] - p[0]).cross(p[2] - p[0])
@@ -31,7 +35,7 @@ fn quality(p: [DVec3; 3]) -> f64 {
 
 pub(crate) fn is_worse_sliver(before: [DVec3; 3], after: [DVec3; 3]) -> bool {
     let after = quality(after);
-    after < SLIVER && after < 0.5 * quality(before)
+    after < SLIVER && after < KEPT_THICKNESS * quality(before)
 }
 
 /// Whether a triangle's UV area changes sign. One without area may take either, as may one that
@@ -71,9 +75,10 @@ mod tests {
     }
 
     #[test]
-    fn a_sliver_may_stay_one_but_not_get_half_as_thick() {
-        assert!(is_worse_sliver(FLAT, tip(0.0, 0.01)));
-        assert!(!is_worse_sliver(tip(0.0, 0.012), tip(0.0, 0.01)));
+    fn a_sliver_may_stay_one_but_not_come_to_nothing() {
+        assert!(is_worse_sliver(FLAT, tip(0.0, 0.001)));
+        assert!(!is_worse_sliver(FLAT, tip(0.0, 0.05)), "thin, but a twentieth of what it was");
+        assert!(!is_worse_sliver(tip(0.0, 0.012), tip(0.0, 0.001)));
     }
 
     #[test]

@@ -120,7 +120,7 @@ impl Plan {
     }
 
     /// Whether every surviving triangle keeps its shape at `position`: none turns by more than
-    /// 75°, none becomes a sliver thinner than it was, none changes the sign of its area in a UV
+    /// 75°, none comes near nothing, none changes the sign of its area in a UV
     /// set.
     pub(crate) fn keeps_shape(
         &mut self,
