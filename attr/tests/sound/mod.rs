@@ -1,0 +1,255 @@
+//! Meshes made from bytes, and what must hold for any level of any mesh. Property tests and the fuzz
+//! target share both.
+
+use std::collections::HashMap;
+use std::sync::atomic::AtomicUsize;
+
+use arbitrary::{Result, Unstructured};
+use glam::{Vec2, Vec3};
+use seamwise_attr::{
+    Census, Layout, Level, Mesh, Options, Polish, Vertices, polish_chain, simplify_chain, weld,
+};
+
+/// Most squares along a side of the sheet.
+const SIDE: usize = 12;
+
+/// A sheet of squares, open or glued to a tube or a torus, with heights, groups, holes, seams,
+/// doubled triangles and triangles between any of its points.
+pub(crate) struct Recipe {
+    columns: usize,
+    rows: usize,
+    glued: [bool; 2],
+    uvs: bool,
+    normals: bool,
+    colors: bool,
+    soup: bool,
+    mirrored: [bool; 4],
+    scale: f32,
+    seed: u64,
+    height: f32,
+    holes: u8,
+    groups: u8,
+    extra: Vec<[u16; 3]>,
+    /// Shares of the triangles, the largest first.
+    pub(crate) shares: Vec<f64>,
+}
+
+impl Recipe {
+    /// Reads a recipe. Bytes that are missing count as zeros.
+    pub(crate) fn read(u: &mut Unstructured<'_>) -> Result<Self> {
+        let extra = u.int_in_range(0..=12)?;
+        let mut shares: Vec<f64> =
+            (0..4).map(|_| Ok(f64::from(u.arbitrary::<u8>()?) / 255.0)).collect::<Result<_>>()?;
+        shares.sort_by(|a, b| b.total_cmp(a));
+        Ok(Self {
+            columns: u.int_in_range(1..=SIDE)?,
+            rows: u.int_in_range(1..=SIDE)?,
+            glued: u.arbitrary()?,
+            uvs: u.arbitrary()?,
+            normals: u.arbitrary()?,
+            colors: u.arbitrary()?,
+            soup: u.ratio(1, 8)?,
+            mirrored: u.arbitrary()?,
+            scale: 10f32.powi(u.int_in_range(-12..=12)?),
+            seed: u.arbitrary()?,
+            height: f32::from(u.arbitrary::<u8>()?) / 64.0,
+            holes: u.arbitrary()?,
+            groups: u.int_in_range(0..=3)?,
+            extra: (0..extra).map(|_| u.arbitrary()).collect::<Result<_>>()?,
+            shares,
+        })
+    }
+
+    /// A number in 0…1 that only depends on the recipe and on `at`.
+    fn noise(&self, at: usize) -> f32 {
+        let mut z = self.seed ^ (at as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((z ^ (z >> 31)) >> 40) as f32 / (1u64 << 24) as f32
+    }
+
+    fn place(&self, column: usize, row: usize) -> Vec3 {
+        let (x, y) = (column % self.width(0), row % self.width(1));
+        let height = self.height * self.noise(y * (SIDE + 1) + x);
+        let (u, v) = (x as f32 / self.columns as f32, y as f32 / self.rows as f32);
+        let at = match self.glued {
+            [false, false] => Vec3::new(u, v, height),
+            [true, false] => around(u, 0.3 + height / 8.0).extend(v).to_array().into(),
+            [false, true] => around(v, 0.3 + height / 8.0).extend(u).to_array().into(),
+            [true, true] => {
+                let ring = around(v, 0.2 + height / 16.0);
+                (around(u, 1.0 + ring.x)).extend(ring.y)
+            }
+        };
+        at * self.scale
+    }
+
+    /// Points along a side.
+    fn width(&self, side: usize) -> usize {
+        let squares = [self.columns, self.rows][side];
+        if self.glued[side] { squares.max(3) } else { squares + 1 }
+    }
+
+    /// The vertices and triangles of the recipe.
+    pub(crate) fn vertices(&self) -> Vertices {
+        let layout = Layout {
+            uv_sets: usize::from(self.uvs),
+            normal: self.normals,
+            color: if self.colors { 4 } else { 0 },
+        };
+        let mut made = Made {
+            recipe: self,
+            layout,
+            out: Vertices { layout, ..Vertices::default() },
+            known: HashMap::new(),
+        };
+        let squares =
+            |side: usize| if self.glued[side] { self.width(side) } else { self.width(side) - 1 };
+        for row in 0..squares(1) {
+            for column in 0..squares(0) {
+                let at = row * SIDE + column;
+                if self.noise(at + 1000) * 255.0 < f32::from(self.holes) / 4.0 {
+                    continue;
+                }
+                let group = (self.noise(at + 2000) * f32::from(self.groups + 1)) as u32;
+                let corner = |x: usize, y: usize| (column + x, row + y);
+                let [a, b, c, d] = [corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)];
+                made.add([a, b, c], group);
+                made.add([a, c, d], group);
+            }
+        }
+        let points = self.width(0) * self.width(1);
+        for corners in &self.extra {
+            let at = corners.map(|c| usize::from(c) % points);
+            made.add(at.map(|p| (p % self.width(0), p / self.width(0))), 4);
+        }
+        made.out
+    }
+}
+
+fn around(turn: f32, radius: f32) -> Vec2 {
+    Vec2::from_angle(turn * std::f32::consts::TAU) * radius
+}
+
+/// What has been made of a recipe.
+struct Made<'a> {
+    recipe: &'a Recipe,
+    layout: Layout,
+    out: Vertices,
+    known: HashMap<((usize, usize), u32), u32>,
+}
+
+impl Made<'_> {
+    fn add(&mut self, corners: [(usize, usize); 3], group: u32) {
+        let triangle = corners.map(|at| {
+            let known = self.known.get(&(at, group)).copied().filter(|_| !self.recipe.soup);
+            known.unwrap_or_else(|| self.vertex(at, group))
+        });
+        self.out.triangles.push(triangle);
+        self.out.groups.push(group);
+    }
+
+    fn vertex(&mut self, at: (usize, usize), group: u32) -> u32 {
+        let recipe = self.recipe;
+        let vertex = self.out.positions.len() as u32;
+        self.out.positions.push(recipe.place(at.0, at.1));
+        if self.layout.uv_sets > 0 {
+            let mirror = if recipe.mirrored[group as usize % 4] { -1.0 } else { 1.0 };
+            self.out.attributes.extend([mirror * at.0 as f32 / 16.0, at.1 as f32 / 16.0]);
+        }
+        let key = at.1 * 64 + at.0;
+        if self.layout.normal {
+            let tilt = Vec3::new(recipe.noise(key), recipe.noise(key + 1), 1.0).normalize();
+            self.out.attributes.extend(tilt.to_array());
+        }
+        for channel in 0..self.layout.color {
+            self.out.attributes.push(recipe.noise(key * 4 + channel));
+        }
+        self.known.insert((at, group), vertex);
+        vertex
+    }
+}
+
+/// The welded mesh of a recipe and its levels, as the descent leaves them and polished; `None` if
+/// the recipe makes no triangle.
+pub(crate) fn chains(recipe: &Recipe) -> Option<(Mesh, [Vec<Level>; 2])> {
+    let mesh = weld(&recipe.vertices()).expect("a mesh").mesh;
+    if mesh.triangles.is_empty() {
+        return None;
+    }
+    let count = mesh.triangles.len() as f64;
+    let targets: Vec<usize> = recipe.shares.iter().map(|s| (s * count) as usize).collect();
+    let done = AtomicUsize::new(0);
+    let levels = simplify_chain(&mesh, &targets, &Options::default(), &done).expect("levels");
+    let mut polished = levels.clone();
+    polish_chain(&mesh, &mut polished, &Polish::default(), &done).expect("polished levels");
+    Some((mesh, [levels, polished]))
+}
+
+/// Whatever the mesh: each level is a mesh, not larger than the one before, at its target or with a
+/// reason; no edge has become a border or got a third triangle; groups keep the side of their UVs.
+///
+/// # Panics
+/// If one of these does not hold.
+pub(crate) fn check(mesh: &Mesh, levels: &[Level]) {
+    let source = Census::new(mesh);
+    let sides = uv_sides(mesh);
+    let mut before = mesh.triangles.len();
+    for level in levels {
+        level.mesh.validate().expect("a sound level");
+        let triangles = level.mesh.triangles.len();
+        assert!(triangles <= before, "{triangles} after {before}");
+        assert!(triangles > 0, "nothing is left");
+        before = triangles;
+        assert!(
+            triangles <= level.target || level.stopped.is_some(),
+            "{triangles} of {}",
+            level.target
+        );
+        let census = Census::new(&level.mesh);
+        assert!(census.borders <= source.borders, "{census:?} of {source:?}");
+        assert!(census.complex <= source.complex, "{census:?} of {source:?}");
+        assert_eq!(level.mesh.layout, mesh.layout);
+        for (group, side) in uv_sides(&level.mesh) {
+            let was = sides.get(&group).expect("a group of the source");
+            assert!(
+                was.both() || (!side.left || was.left) && (!side.right || was.right),
+                "group {group} folds"
+            );
+        }
+    }
+}
+
+/// Which sides the triangles of a group show in UV set 0.
+#[derive(Clone, Copy, Default)]
+struct Sides {
+    left: bool,
+    right: bool,
+    flat: bool,
+}
+
+impl Sides {
+    /// A triangle without area may turn to either side.
+    fn both(self) -> bool {
+        self.flat || self.left && self.right
+    }
+}
+
+fn uv_sides(mesh: &Mesh) -> HashMap<u32, Sides> {
+    let mut sides: HashMap<u32, Sides> = HashMap::new();
+    for (wedges, group) in mesh.triangles.iter().zip(&mesh.groups) {
+        let side = sides.entry(*group).or_default();
+        if mesh.layout.uv_sets == 0 {
+            continue;
+        }
+        let [a, b, c] = wedges.map(|wedge| mesh.uv(wedge, 0).as_dvec2());
+        let (area, longest) =
+            ((b - a).perp_dot(c - a), a.distance(b).max(b.distance(c)).max(c.distance(a)));
+        // Sides of what is thinner than f32 can tell are rounding.
+        let least = 1e-5 * longest.max(1e-2) * longest.max(1e-2);
+        side.left |= area > least;
+        side.right |= area < -least;
+        side.flat |= area.abs() <= least;
+    }
+    sides
+}
