@@ -174,7 +174,7 @@ impl<'a> Cut<'a> {
                 locked[number] = self.locked[point];
             }
         }
-        Descent::new(self.source, piece, &locked, self.max_error)
+        Descent::new(self.source, piece, locked, self.max_error)
     }
 
     /// The triangles of other regions at the points of one, if they are asked for.

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::pairs::Sampled;
 use super::system::{Element, Graph, System};
 use crate::buckets::Buckets;
-use crate::id::TriangleId;
+use crate::id::{PointId, TriangleId};
 use crate::mesh::Mesh;
 use crate::sample::Sample;
 use crate::shape::folds;
@@ -21,8 +21,14 @@ struct Match {
     level: Sample,
 }
 
-/// Fits every wedge's row.
-pub(super) fn fit(source: &Sampled<'_>, samples: &[Sample], level: &mut Mesh, damping: f64) {
+/// Fits every wedge's row, but for those of `locked` points.
+pub(super) fn fit(
+    source: &Sampled<'_>,
+    samples: &[Sample],
+    level: &mut Mesh,
+    locked: &[bool],
+    damping: f64,
+) {
     let attributes = level.layout.len();
     if attributes == 0 {
         return;
@@ -50,7 +56,8 @@ pub(super) fn fit(source: &Sampled<'_>, samples: &[Sample], level: &mut Mesh, da
         .collect();
     let damping = damping * pairs.len() as f64 / level.wedge_points.len() as f64;
     let system = System::new(&graph, &elements, damping);
-    let free = vec![true; level.wedge_points.len()];
+    let is_free = |point: &PointId| locked.get(point.index()) != Some(&true);
+    let free: Vec<bool> = level.wedge_points.iter().map(is_free).collect();
     let steps: Vec<Vec<f64>> = (0..attributes)
         .map(|attribute| {
             let right: Vec<[f64; 3]> = triangles

@@ -13,7 +13,8 @@
 //! other way round. n is the normal of the face that was found, so a sample may slide along it.
 //!
 //! Guaranteed: no triangle turns by more than 75°, gets thinner than the descent allows or changes
-//! the sign of its UV area; points of borders and of edges with more than two triangles stay; the
+//! the sign of its UV area; points of borders and of edges with more than two triangles stay, and so do
+//! locked ones; the
 //! same bits at any thread count. Not guaranteed: that each single distance falls.
 
 mod attributes;
@@ -26,6 +27,7 @@ mod tests;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 pub(crate) use pairs::Sampled;
+use positions::Descended;
 
 /// How a level is fitted.
 ///
@@ -78,16 +80,17 @@ impl Polish {
     }
 }
 
-/// Fits the positions and attributes of `level` to `source`, in the same units and layout.
-pub(crate) fn polish(source: &Sampled<'_>, level: &mut Mesh, options: &Polish) {
+/// Fits the positions and attributes of `level` to `source`, in the same units and layout. Points
+/// that are `locked` hold still, and so do their wedges; it may be empty.
+pub(crate) fn polish(source: &Sampled<'_>, level: &mut Mesh, locked: &[bool], options: &Polish) {
     let count = (options.density * level.triangles.len() as f64).ceil() as usize;
     let samples = source.sample(count);
     if samples.is_empty() {
         return;
     }
-    let descended = level.positions.clone();
+    let descended = Descended { positions: level.positions.clone(), locked };
     for _ in 0..options.rounds {
         positions::fit(source, &samples, level, &descended, options.damping);
     }
-    attributes::fit(source, &samples, level, options.attribute_damping);
+    attributes::fit(source, &samples, level, locked, options.attribute_damping);
 }

@@ -22,13 +22,19 @@ struct Row {
     offset: f64,
 }
 
-/// One round: pairs samples of both surfaces and moves the points of the level, which the descent
-/// had left at `descended`.
+/// A level as the descent left it.
+pub(super) struct Descended<'a> {
+    pub(super) positions: Vec<Vec3>,
+    /// One per point, or empty.
+    pub(super) locked: &'a [bool],
+}
+
+/// One round: pairs samples of both surfaces and moves the points of the level.
 pub(super) fn fit(
     source: &Sampled<'_>,
     samples: &[Sample],
     level: &mut Mesh,
-    descended: &[Vec3],
+    descended: &Descended<'_>,
     damping: f64,
 ) {
     let sampled = Sampled::new(level);
@@ -48,11 +54,11 @@ pub(super) fn fit(
         .unzip();
     let damping = damping * rows.len() as f64 / level.positions.len() as f64;
     let system = System::new(&graph, &elements, damping);
-    let moves =
-        system.solve(&graph.sum_corners(&right), &free_points(level), ITERATIONS, TOLERANCE);
+    let free = free_points(level, descended.locked);
+    let moves = system.solve(&graph.sum_corners(&right), &free, ITERATIONS, TOLERANCE);
     let moved =
         level.positions.iter().zip(&moves).map(|(p, by)| (p.as_dvec3() + *by).as_vec3()).collect();
-    level.positions = keep_shape(level, descended, moved);
+    level.positions = keep_shape(level, &descended.positions, moved);
 }
 
 fn rows(there: &[Pair], back: &[Pair], source: &Sampled<'_>, level: &Sampled<'_>) -> Vec<Row> {
@@ -81,9 +87,10 @@ fn element<'a>(rows: impl Iterator<Item = &'a Row>) -> (Element<Symmetric>, [DVe
     (element, right)
 }
 
-/// All points but those of borders and of edges with more than two triangles.
-fn free_points(mesh: &Mesh) -> Vec<bool> {
+/// All points but those of borders, of edges with more than two triangles, and `locked` ones.
+fn free_points(mesh: &Mesh, locked: &[bool]) -> Vec<bool> {
     let mut free = vec![true; mesh.positions.len()];
+    free.iter_mut().zip(locked).for_each(|(free, locked)| *free = !locked);
     visit_edges(mesh, |kind, sides| {
         if matches!(kind, EdgeKind::Border | EdgeKind::Complex) {
             sides[0].0.iter().for_each(|&point| free[point] = false);
