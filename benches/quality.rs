@@ -92,7 +92,7 @@ impl Arguments {
         (rounds > 0).then_some(Polish { rounds, density, damping, attribute_damping })
     }
 
-    fn options(&self) -> Options {
+    fn options(&self) -> Options<'static> {
         let weights = Weights {
             uv: self.uv,
             normal: self.normal,

@@ -83,7 +83,7 @@ impl Input<'_> {
 ///
 /// # Errors
 /// [`Error::Io`], [`Error::Invalid`] or [`Error::Unsupported`] if the asset can't be read;
-/// [`Error::Options`] if an output would overwrite the input.
+/// [`Error::Options`] if an output would overwrite the input, or the steering names what is not there.
 pub fn bake(
     input: Input<'_>,
     folder: &Path,
@@ -121,8 +121,9 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
     let mut clock = Clock::default();
     let asset = clock.time(|s| &mut s.read, || input.read())?;
     let geometries = clock.time(|s| &mut s.weld, || weld_all(&asset))?;
-    let mut chains =
-        clock.time(|s| &mut s.simplify, || simplify_all(&geometries, options, progress))?;
+    let steering = options.steering.resolve(&asset, &geometries)?;
+    let simplify = || simplify_all(&geometries, &steering, options, progress);
+    let mut chains = clock.time(|s| &mut s.simplify, simplify)?;
     if let Some(polish) = &options.polish {
         let run = || polish_all(&geometries, &mut chains, polish, progress);
         clock.time(|s| &mut s.polish, run)?;

@@ -1,13 +1,14 @@
 //! The levels of every mesh of an asset: welded, simplified and polished, the meshes in parallel.
 
 use rayon::prelude::*;
-use seamwise_attr::{self as attr, Level, Polish, polish_chain, simplify_chain};
+use seamwise_attr::{Level, Polish, polish_chain, simplify_chain};
 
 use crate::asset::Asset;
 use crate::error::{Error, Result};
 use crate::geometry::Geometry;
 use crate::options::BakeOptions;
 use crate::progress::Progress;
+use crate::steering::MeshSteering;
 
 /// Every mesh of an asset that has triangles, welded.
 ///
@@ -24,9 +25,10 @@ pub(crate) fn weld_all(asset: &Asset) -> Result<Vec<Geometry>> {
     Ok(geometries)
 }
 
-/// The levels of each mesh, the meshes in parallel.
+/// The levels of each mesh, the meshes in parallel. `steering` holds what is asked of each.
 pub(crate) fn simplify_all(
     geometries: &[Geometry],
+    steering: &[MeshSteering],
     options: &BakeOptions,
     progress: &Progress,
 ) -> Result<Vec<Vec<Level>>> {
@@ -34,11 +36,12 @@ pub(crate) fn simplify_all(
     let shares = options.targets.shares(total);
     let least = shares.last().copied().unwrap_or(1.0);
     let to_remove = total - (total as f64 * least) as usize;
-    let settings = attr::Options { max_error: options.max_error, ..attr::Options::default() };
     progress.stage("simplify", to_remove, |removed| {
         geometries
             .par_iter()
-            .map(|geometry| {
+            .zip(steering)
+            .map(|(geometry, steering)| {
+                let settings = steering.options(options.max_error);
                 let targets = targets(geometry, &shares);
                 simplify_chain(&geometry.welded.mesh, &targets, &settings, removed)
                     .map_err(|error| Error::Internal { what: error.to_string() })

@@ -13,6 +13,8 @@ use seamwise::repair::{Background, MeshOptions, RepairOptions};
 use seamwise_attr::Polish;
 use seamwise_texture::Role;
 
+use crate::steering_args::SteeringArgs;
+
 /// Levels of detail for textured glTF that still look like the original, and atlases that do not
 /// bleed.
 #[derive(Debug, Parser)]
@@ -92,6 +94,8 @@ pub(crate) struct BakeArgs {
     /// Bake once more on 1, 2, … threads each, and show on the page how the time falls.
     #[arg(long, requires = "report")]
     threads_report: bool,
+    #[command(flatten)]
+    steering: SteeringArgs,
 }
 
 /// Reads `1920x1080`.
@@ -135,6 +139,7 @@ impl BakeArgs {
                 _ => Targets::halves(self.levels.into()),
             },
             max_error: self.max_error,
+            steering: self.steering.resolve()?,
             polish: (!self.no_polish).then(Polish::default),
             textures: match self.textures {
                 TextureMode::Repair => Textures::Repair,

@@ -53,5 +53,6 @@ pub mod progress;
 pub mod read;
 pub mod repair;
 pub mod report;
+pub mod steering;
 pub mod textures;
 pub mod write;

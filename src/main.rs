@@ -4,6 +4,7 @@
 
 mod cli;
 mod run;
+mod steering_args;
 
 use std::process::ExitCode;
 

@@ -5,6 +5,7 @@ use seamwise_attr::Polish;
 use crate::certificate::Screen;
 use crate::error::{Error, Result};
 use crate::evaluate;
+use crate::steering::Steering;
 
 /// Options of a bake.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,6 +14,8 @@ pub struct BakeOptions {
     pub targets: Targets,
     /// No collapse may have an error above this, in the units of the file.
     pub max_error: Option<f64>,
+    /// What the descent is to keep to beside.
+    pub steering: Steering,
     /// How the levels are fitted to the source after the descent, if they are.
     pub polish: Option<Polish>,
     /// What becomes of the textures.
@@ -45,6 +48,7 @@ impl Default for BakeOptions {
         Self {
             targets: Targets::default(),
             max_error: None,
+            steering: Steering::default(),
             polish: Some(Polish::default()),
             textures: Textures::Repair,
             evaluate: Some(evaluate::Options::default()),

@@ -7,10 +7,11 @@ use crate::error::{Error, Result};
 use crate::ground::Ground;
 use crate::id::{PointId, WedgeId};
 use crate::mesh::Mesh;
+use crate::options::Options;
 use crate::polish::{Polish, Source, polish};
 use crate::quadric::MAX_ATTRIBUTES;
 use crate::regions;
-use crate::simplify::{Descent, Options, Stop};
+use crate::simplify::{Descent, Stop};
 use crate::space::Space;
 
 /// One level of detail.
@@ -23,6 +24,8 @@ pub struct Level {
     pub point_sources: Vec<PointId>,
     /// One per wedge: the wedge of the source that it stands for.
     pub wedge_sources: Vec<WedgeId>,
+    /// One per point: whether it was locked, so that a polish leaves it alone. Empty if none was.
+    pub locked: Vec<bool>,
     /// Triangles asked for.
     pub target: usize,
     /// Root of the largest area-weighted cost of any collapse up to here, in the units of the
@@ -43,37 +46,42 @@ pub struct Level {
 ///
 /// # Errors
 /// [`Error::Invalid`] if the mesh does not validate or carries too many attributes;
-/// [`Error::Options`] if the targets grow or a weight is negative or not finite.
+/// [`Error::Options`] if the targets grow or an option makes no sense.
 pub fn simplify_chain(
     mesh: &Mesh,
     targets: &[usize],
-    options: &Options,
+    options: &Options<'_>,
     removed: &AtomicUsize,
 ) -> Result<Vec<Level>> {
     check(mesh, targets, options)?;
-    let space = Arc::new(Space::new(mesh, options.weights));
+    let space = Arc::new(Space::of(mesh, options));
     let max_error = options.max_error.map_or(f64::INFINITY, |limit| limit / space.unit);
     let begin = |ground: Ground<'_>, target: usize| {
         let stage = regions::descend(ground, mesh, target, max_error, removed);
-        Descent::new(mesh, stage, &[], max_error)
+        Descent::new(mesh, stage, Vec::new(), max_error)
     };
     let Some(&first) = targets.first() else { return Ok(Vec::new()) };
-    let (mut descent, range) = (begin(Ground::Mesh(mesh, space), first), color_range(mesh));
+    let range = color_range(mesh);
+    let mut descent = begin(Ground::Mesh(mesh, Arc::clone(&space)), first);
     let mut levels = Vec::with_capacity(targets.len());
     for &target in targets {
         if regions::is_large(descent.triangles(), target) {
             descent = begin(Ground::Stage(Box::new(descent.into_stage())), target);
         }
         let stopped = descent.descend(target, regions::turn(descent.triangles()), removed);
-        let (mut level, point_sources, wedge_sources) = descent.snapshot();
-        finish_attributes(&mut level, &range);
-        let error = descent.error();
-        levels.push(Level { mesh: level, point_sources, wedge_sources, target, error, stopped });
+        let (level, point_sources, wedge_sources) = descent.snapshot();
+        let (mut locked, error) = (Vec::new(), descent.error());
+        space.lock(&point_sources, &mut locked);
+        let mut level =
+            Level { mesh: level, point_sources, wedge_sources, locked, target, error, stopped };
+        finish_attributes(&mut level.mesh, &range);
+        restore_locked(&mut level, mesh);
+        levels.push(level);
     }
     Ok(levels)
 }
 
-fn check(mesh: &Mesh, targets: &[usize], options: &Options) -> Result<()> {
+fn check(mesh: &Mesh, targets: &[usize], options: &Options<'_>) -> Result<()> {
     mesh.validate()?;
     if mesh.layout.len() > MAX_ATTRIBUTES {
         let what = format!("{} attributes a wedge, {MAX_ATTRIBUTES} at most", mesh.layout.len());
@@ -82,15 +90,11 @@ fn check(mesh: &Mesh, targets: &[usize], options: &Options) -> Result<()> {
     if targets.windows(2).any(|pair| pair[0] < pair[1]) {
         return Err(Error::Options { what: "targets must not grow from level to level".into() });
     }
-    let w = options.weights;
-    if [w.uv, w.normal, w.color, w.border, w.seam].iter().any(|w| !w.is_finite() || *w < 0.0) {
-        return Err(Error::Options { what: "weights must be finite and not negative".into() });
-    }
-    Ok(())
+    options.check(mesh)
 }
 
 /// Fits each level to `mesh`, which it was made from: see [`Polish`]. One that has lost no triangle
-/// stays as it is. `done` counts levels as they go, for a progress bar.
+/// stays as it is, and so do locked points. `done` counts levels as they go, for a progress bar.
 ///
 /// # Errors
 /// [`Error::Options`] if a figure of `options` is negative or not finite.
@@ -104,12 +108,31 @@ pub fn polish_chain(
     let (source, range) = (Source::new(mesh), color_range(mesh));
     for level in levels {
         if level.mesh.triangles.len() < mesh.triangles.len() {
-            polish(&source, &mut level.mesh, options);
+            polish(&source, &mut level.mesh, &level.locked, options);
             finish_attributes(&mut level.mesh, &range);
+            restore_locked(level, mesh);
         }
         done.fetch_add(1, Ordering::Relaxed);
     }
     Ok(())
+}
+
+/// Gives locked points and their wedges what they have in the source, to the bit.
+fn restore_locked(level: &mut Level, source: &Mesh) {
+    if level.locked.is_empty() {
+        return;
+    }
+    for (point, &stands_for) in level.point_sources.iter().enumerate() {
+        if level.locked[point] {
+            level.mesh.positions[point] = source.positions[stands_for];
+        }
+    }
+    let len = level.mesh.layout.len();
+    for (wedge, &stands_for) in level.wedge_sources.iter().enumerate() {
+        if level.locked[level.mesh.wedge_points[wedge].index()] {
+            level.mesh.attributes[wedge * len..][..len].copy_from_slice(source.row(stands_for));
+        }
+    }
 }
 
 /// Least and greatest value of each color channel.

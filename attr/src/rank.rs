@@ -85,7 +85,7 @@ mod tests {
     fn what_a_descent_hands_on_is_at_most_what_an_edge_costs() {
         let mesh = sphere(24);
         let space = Arc::new(Space::new(&mesh, Weights::default()));
-        let mut descent = Descent::new(&mesh, Stage::new(&mesh, &space), &[], f64::INFINITY);
+        let mut descent = Descent::new(&mesh, Stage::new(&mesh, &space), Vec::new(), f64::INFINITY);
         descent.descend(mesh.triangles.len() / 2, 1.0, &AtomicUsize::new(0));
         let stage = descent.into_stage().compact();
         let (points, wedges) = (stage.point_sources.len(), stage.wedge_sources.len());

@@ -204,7 +204,7 @@ impl<'a> Cut<'a> {
                 *locked = true;
             }
         }
-        Descent::new(self.source, piece, &locked, self.max_error)
+        Descent::new(self.source, piece, locked, self.max_error)
     }
 
     /// The triangles around a region that share a point with it.

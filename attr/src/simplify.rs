@@ -7,7 +7,7 @@ use crate::collapse::{Candidate, Plan};
 use crate::id::{EdgeId, PointId, TriangleId, WedgeId};
 use crate::marks::Marks;
 use crate::mesh::{Layout, Mesh};
-use crate::metric::{Metric, Weights};
+use crate::metric::Metric;
 use crate::queue::Queue;
 use crate::rank::{edge_bounds, rank_all, triangle_bounds};
 use crate::stage::Stage;
@@ -19,15 +19,6 @@ const SMALL_SHELL: usize = 16;
 /// Collapses that were found illegal are tried again each time the mesh has shrunk to this share
 /// of its size: what surrounded them has changed by then.
 const RETRY_SHARE: f64 = 0.9;
-
-/// Options of a simplification.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Options {
-    /// Weights of the metric.
-    pub weights: Weights,
-    /// No collapse may have an error above this, in the units of the mesh.
-    pub max_error: Option<f64>,
-}
 
 /// Why a descent ended before its target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,6 +52,8 @@ pub(crate) struct Descent<'a> {
     metric: Metric,
     /// Per triangle.
     groups: Vec<u32>,
+    /// Per point: whether it stays as it is.
+    locked: Vec<bool>,
     /// How many of its points may move.
     free_points: usize,
     /// Edges by their ids, and beyond those shells by one of their points.
@@ -81,20 +74,27 @@ pub(crate) struct Descent<'a> {
 }
 
 impl<'a> Descent<'a> {
-    /// `stage` was made from `source`. Edges with a point that is `locked` stay as they are.
-    /// `max_error` is in the units of the metric.
-    pub(crate) fn new(source: &'a Mesh, stage: Stage, locked: &[bool], max_error: f64) -> Self {
+    /// `stage` was made from `source`. Edges with a point that is `locked`, here or by the options,
+    /// stay as they are. `max_error` is in the units of the metric.
+    pub(crate) fn new(
+        source: &'a Mesh,
+        stage: Stage,
+        mut locked: Vec<bool>,
+        max_error: f64,
+    ) -> Self {
         let (points, wedges) = (stage.point_sources.len(), stage.wedge_points.len());
         let topology = Topology::new(stage.triangles, stage.wedge_points, points);
+        stage.metric.space.lock(&stage.point_sources, &mut locked);
         let held = locked.iter().filter(|locked| **locked).count();
         let bounds = edge_bounds(&topology, &stage.bounds);
         Self {
             source,
             layout: source.layout,
-            queue: rank_all(&topology, &stage.metric, &bounds, wedges, locked),
+            queue: rank_all(&topology, &stage.metric, &bounds, wedges, &locked),
             bounds,
             metric: stage.metric,
             groups: stage.groups,
+            locked,
             free_points: points - held,
             aside: vec![false; topology.edge_count()],
             rejected: Vec::new(),
@@ -111,6 +111,10 @@ impl<'a> Descent<'a> {
     /// How many of its points may move.
     pub(crate) fn free_points(&self) -> usize {
         self.free_points
+    }
+
+    fn is_locked(&self, point: PointId) -> bool {
+        self.locked.get(point.index()) == Some(&true)
     }
 
     /// Triangles now.
@@ -282,12 +286,16 @@ impl<'a> Descent<'a> {
         (area, (high - low).length() / 2.0)
     }
 
-    /// Takes a small shell out, unless it is all there is or costs more than what waits.
+    /// Takes a small shell out, unless it is all there is, holds a locked point or costs more than
+    /// what waits.
     fn vanish(&mut self, point: PointId, turn: f64) -> Result<usize, Stop> {
         let shell = self.topology.small_shell(point, SMALL_SHELL, &mut self.counts);
         let Some(shell) = shell.filter(|s| !s.is_empty() && s.len() < self.triangles()) else {
             return Ok(0);
         };
+        if shell.iter().any(|&t| self.topology.points(t).iter().any(|&p| self.is_locked(p))) {
+            return Ok(0);
+        }
         let (area, radius) = self.measure(&shell);
         let cost = area * radius * radius;
         if self.queue.has_cheaper(turn * cost) {

@@ -9,8 +9,10 @@
 use glam::{DVec3, Vec3};
 use rustc_hash::FxHashMap;
 
+use crate::id::PointId;
 use crate::mesh::Mesh;
 use crate::metric::Weights;
+use crate::options::Options;
 use crate::quadric::MAX_ATTRIBUTES;
 
 /// An attribute that is to count for nothing, or a UV set without area, still gets this scale: far
@@ -25,12 +27,32 @@ pub(crate) struct Space {
     /// What each entry of a row is multiplied by: a row per group.
     scales: FxHashMap<u32, [f64; MAX_ATTRIBUTES]>,
     pub(crate) weights: Weights,
+    /// Per point of the mesh: whether the user locked it. Empty if none is.
+    locked: Vec<bool>,
 }
 
 impl Space {
+    #[cfg(test)]
     pub(crate) fn new(mesh: &Mesh, weights: Weights) -> Self {
-        let (center, unit) = frame(mesh);
-        Self { unit, center, scales: scales(mesh, weights, unit), weights }
+        Self::of(mesh, &Options { weights, ..Options::default() })
+    }
+
+    /// The space of a mesh, and what the user asks of its points.
+    pub(crate) fn of(mesh: &Mesh, options: &Options<'_>) -> Self {
+        let ((center, unit), weights) = (frame(mesh), options.weights);
+        let scales = scales(mesh, weights, unit);
+        Self { unit, center, scales, weights, locked: options.locked.to_vec() }
+    }
+
+    /// Adds the user's locks to those of points that stand for `sources`. Either may be empty.
+    pub(crate) fn lock(&self, sources: &[PointId], locked: &mut Vec<bool>) {
+        if self.locked.is_empty() {
+            return;
+        }
+        locked.resize(sources.len(), false);
+        for (locked, &source) in locked.iter_mut().zip(sources) {
+            *locked |= self.locked[source];
+        }
     }
 
     /// A position of the mesh here.

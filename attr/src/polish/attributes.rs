@@ -7,15 +7,22 @@ use super::pairs::Pair;
 use super::sheet::Spot;
 use super::system::{Element, Graph, System};
 use crate::buckets::Buckets;
+use crate::id::PointId;
 use crate::mesh::Mesh;
 use crate::shape::folds;
 
 const ITERATIONS: usize = 30;
 const TOLERANCE: f64 = 1e-3;
 
-/// Fits every wedge's row to what the source has at its counterparts. Pairs of two groups or two
-/// charts do not count.
-pub(super) fn fit(source: &Mesh, level: &mut Mesh, mut pairs: Vec<Pair>, damping: f64) {
+/// Fits every wedge's row, but for those of `locked` points, to what the source has at its
+/// counterparts. Pairs of two groups or two charts do not count.
+pub(super) fn fit(
+    source: &Mesh,
+    level: &mut Mesh,
+    mut pairs: Vec<Pair>,
+    locked: &[bool],
+    damping: f64,
+) {
     let attributes = level.layout.len();
     if attributes == 0 {
         return;
@@ -38,7 +45,8 @@ pub(super) fn fit(source: &Mesh, level: &mut Mesh, mut pairs: Vec<Pair>, damping
         .collect();
     let damping = damping * pairs.len() as f64 / level.wedge_points.len() as f64;
     let system = System::new(&graph, &elements, damping);
-    let free = vec![true; level.wedge_points.len()];
+    let is_free = |point: &PointId| locked.get(point.index()) != Some(&true);
+    let free: Vec<bool> = level.wedge_points.iter().map(is_free).collect();
     let steps: Vec<Vec<f64>> = (0..attributes)
         .map(|attribute| {
             let right: Vec<[f64; 3]> = triangles

@@ -13,7 +13,8 @@
 //! other way round. n is the normal of the face that was found, so a sample may slide along it.
 //!
 //! Guaranteed: no triangle turns by more than 75°, gets thinner than the descent allows or changes
-//! the sign of its UV area; points of borders and of edges with more than two triangles stay; the
+//! the sign of its UV area; points of borders and of edges with more than two triangles stay, and so do
+//! locked ones; the
 //! same bits at any thread count. Not guaranteed: that each single distance falls.
 
 mod attributes;
@@ -30,6 +31,7 @@ use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use pairs::Pairs;
 pub(crate) use pairs::Source;
+use positions::Descended;
 use sheet::{Sheet, neighbors};
 
 /// Triangles of a level that get all their samples, and how few of theirs those beyond get. Many
@@ -99,10 +101,12 @@ impl Polish {
     }
 }
 
-/// Fits the positions and attributes of `level` to `source`, in the same units and layout.
-pub(crate) fn polish(source: &Source<'_>, level: &mut Mesh, options: &Polish) {
+/// Fits the positions and attributes of `level` to `source`, in the same units and layout. Points
+/// that are `locked` hold still, and so do their wedges; it may be empty.
+pub(crate) fn polish(source: &Source<'_>, level: &mut Mesh, locked: &[bool], options: &Polish) {
     let count = options.samples(level.triangles.len());
-    let (neighbors, descended) = (neighbors(level), level.positions.clone());
+    let (neighbors, descended) =
+        (neighbors(level), Descended { positions: level.positions.clone(), locked });
     let mut pairs = Pairs::new(source, &Sheet::new(level, Arc::clone(&neighbors)), count);
     for _ in 0..options.rounds {
         let sheet = Sheet::new(level, Arc::clone(&neighbors));
@@ -110,5 +114,5 @@ pub(crate) fn polish(source: &Source<'_>, level: &mut Mesh, options: &Polish) {
             positions::fit(&source.sheet, &sheet, &pairs, &descended, options.damping);
         pairs = pairs.follow(source, &Sheet::new(level, Arc::clone(&neighbors)));
     }
-    attributes::fit(source.sheet.mesh, level, pairs.all, options.attribute_damping);
+    attributes::fit(source.sheet.mesh, level, pairs.all, locked, options.attribute_damping);
 }

@@ -14,13 +14,19 @@ use crate::shape::{is_worse_sliver, turns};
 const ITERATIONS: usize = 30;
 const TOLERANCE: f64 = 1e-3;
 
-/// One round: moves the points of the level, which the descent had left at `descended`, towards
-/// where `pairs` have them.
+/// A level as the descent left it.
+pub(super) struct Descended<'a> {
+    pub(super) positions: Vec<Vec3>,
+    /// One per point, or empty.
+    pub(super) locked: &'a [bool],
+}
+
+/// One round: where the points of the level come to lie, towards where `pairs` have them.
 pub(super) fn fit(
     source: &Sheet<'_>,
     level: &Sheet<'_>,
     pairs: &Pairs,
-    descended: &[Vec3],
+    descended: &Descended<'_>,
     damping: f64,
 ) -> Vec<Vec3> {
     let mesh = level.mesh;
@@ -40,10 +46,11 @@ pub(super) fn fit(
     let damping = damping * pairs.all.len() as f64 / mesh.positions.len() as f64;
     let system = System::new(&graph, &elements, damping);
     drop(elements);
-    let moves = system.solve(&graph.sum_corners(&right), &free_points(mesh), ITERATIONS, TOLERANCE);
+    let free = free_points(mesh, descended.locked);
+    let moves = system.solve(&graph.sum_corners(&right), &free, ITERATIONS, TOLERANCE);
     let moved =
         mesh.positions.iter().zip(&moves).map(|(p, by)| (p.as_dvec3() + *by).as_vec3()).collect();
-    keep_shape(mesh, descended, moved)
+    keep_shape(mesh, &descended.positions, moved)
 }
 
 /// A distance to a plane, felt by the corners of one triangle of the level.
@@ -81,9 +88,10 @@ fn element(rows: impl Iterator<Item = Row>) -> (Element<Symmetric>, [DVec3; 3]) 
     (element, right)
 }
 
-/// All points but those of borders and of edges with more than two triangles.
-fn free_points(mesh: &Mesh) -> Vec<bool> {
+/// All points but those of borders, of edges with more than two triangles, and `locked` ones.
+fn free_points(mesh: &Mesh, locked: &[bool]) -> Vec<bool> {
     let mut free = vec![true; mesh.positions.len()];
+    free.iter_mut().zip(locked).for_each(|(free, locked)| *free = !locked);
     visit_edges(mesh, |kind, sides| {
         if matches!(kind, EdgeKind::Border | EdgeKind::Complex) {
             sides[0].0.iter().for_each(|&point| free[point] = false);

@@ -8,9 +8,9 @@ use proptest::prelude::*;
 use super::*;
 use crate::chain::{Level, polish_chain, simplify_chain};
 use crate::edges::{EdgeKind, visit_edges};
+use crate::options::Options;
 use crate::sample::sample_surface;
 use crate::shape::{folds, turns};
-use crate::simplify::Options;
 use crate::surface::Surface;
 use crate::testing::{sphere, surface};
 
