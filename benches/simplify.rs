@@ -5,7 +5,8 @@
 //!
 //! After the benchmarks the medians of paired runs are printed as ratios. With `--memory ours`,
 //! `--memory polished` or `--memory rival` one chain runs instead, and the process tells how much
-//! memory it took at most.
+//! memory it took at most. With `--file model.glb` its first mesh takes the sphere's place, in the pairs
+//! and in the memory.
 
 #[path = "common/rival.rs"]
 mod rival;
@@ -15,12 +16,15 @@ mod rival_levels;
 mod sphere;
 
 use std::hint::black_box;
+use std::path::Path;
 use std::sync::atomic::AtomicUsize;
 use std::time::{Duration, Instant};
 
 use criterion::{BatchSize, Criterion, SamplingMode};
 use rayon::ThreadPoolBuilder;
 use rival::Group;
+use seamwise::geometry::Geometry;
+use seamwise::read::read;
 use seamwise::report::peak_memory;
 use seamwise_attr::{Level, Mesh, Options, Polish, polish_chain, simplify_chain, weld};
 use sphere::displaced_sphere;
@@ -31,15 +35,32 @@ const SHARES: [f64; 4] = [0.5, 0.25, 0.125, 0.0625];
 const PAIRS: usize = 5;
 
 fn main() {
-    let mesh = weld(&displaced_sphere(ROWS)).expect("a sound sphere").mesh;
     let arguments: Vec<String> = std::env::args().collect();
-    if let Some(at) = arguments.iter().position(|argument| argument == "--memory") {
-        return tell_memory(&mesh, arguments.get(at + 1).map(String::as_str));
+    let after = |name: &str| {
+        let at = arguments.iter().position(|argument| argument == name)?;
+        arguments.get(at + 1).map(String::as_str)
+    };
+    let file = after("--file");
+    let mesh = file.map_or_else(
+        || weld(&displaced_sphere(ROWS)).expect("a sound sphere").mesh,
+        |file| first_mesh(Path::new(file)),
+    );
+    if let Some(who) = after("--memory") {
+        return tell_memory(&mesh, who);
+    }
+    if file.is_some() {
+        return compare(&mesh);
     }
     let mut criterion = Criterion::default().configure_from_args();
     measure(&mut criterion, &mesh);
     compare(&mesh);
     criterion.final_summary();
+}
+
+fn first_mesh(path: &Path) -> Mesh {
+    let asset = read(path).expect("a readable model");
+    let geometry = Geometry::read(&asset, 0).expect("a sound mesh");
+    geometry.expect("triangles").welded.mesh
 }
 
 fn measure(criterion: &mut Criterion, mesh: &Mesh) {
@@ -81,15 +102,18 @@ fn compare(mesh: &Mesh) {
         let own = median(times);
         println!("simplify on {threads} threads: {own:.2} s, {:.2} of the rival's", own / rival);
     }
+    let levels = ours(mesh);
+    let polish = seconds(|| polished(mesh, levels));
+    println!("polish, all threads: {polish:.2} s, {:.2} of the rival's", polish / rival);
 }
 
-fn tell_memory(mesh: &Mesh, who: Option<&str>) {
+fn tell_memory(mesh: &Mesh, who: &str) {
     let mega = |bytes: Option<u64>| bytes.map_or(f64::NAN, |bytes| bytes as f64 / 1e6);
     let before = mega(peak_memory());
     match who {
-        Some("ours") => drop(black_box(ours(mesh))),
-        Some("polished") => drop(black_box(polished(mesh, ours(mesh)))),
-        Some("rival") => drop(black_box(theirs(Group::split(mesh)))),
+        "ours" => drop(black_box(ours(mesh))),
+        "polished" => drop(black_box(polished(mesh, ours(mesh)))),
+        "rival" => drop(black_box(theirs(Group::split(mesh)))),
         _ => return eprintln!("--memory ours, polished or rival"),
     }
     let after = mega(peak_memory());

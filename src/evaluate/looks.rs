@@ -1,7 +1,7 @@
 //! What a scene looks like at a point of its surface.
 
-use glam::{Vec2, Vec3, Vec4};
-use seamwise_attr::TriangleId;
+use glam::{DVec3, Vec2, Vec3, Vec4};
+use seamwise_attr::{Sample, TriangleId, area_vector};
 use seamwise_texture::color::linear_to_srgb;
 
 use super::appearance::Appearance;
@@ -9,11 +9,32 @@ use super::distance::Correspondence;
 use super::scene::{Scene, TextureRef};
 
 impl Scene {
+    /// The UVs of a triangle's corners in set 0; zero if there is none.
+    fn corner_uvs(&self, triangle: TriangleId) -> [Vec2; 3] {
+        let uv = |vertex: u32| self.uvs[0].get(vertex as usize).copied().unwrap_or_default();
+        self.triangles[triangle].map(uv)
+    }
+
     /// Twice the signed area of a triangle's UVs in set 0.
     fn uv_area(&self, triangle: TriangleId) -> f32 {
-        let uv = |vertex: u32| self.uvs[0].get(vertex as usize).copied().unwrap_or_default();
-        let [a, b, c] = self.triangles[triangle].map(uv);
+        let [a, b, c] = self.corner_uvs(triangle);
         (b - a).perp_dot(c - a)
+    }
+
+    fn longest_uv_edge(&self, triangle: TriangleId) -> f32 {
+        let [a, b, c] = self.corner_uvs(triangle);
+        a.distance(b).max(b.distance(c)).max(c.distance(a))
+    }
+
+    /// The UV in set 0 at a point of the surface.
+    fn uv(&self, at: &Sample) -> Vec2 {
+        let [a, b, c] = self.corner_uvs(at.triangle);
+        let weights = at.barycentrics.as_vec3();
+        a * weights.x + b * weights.y + c * weights.z
+    }
+
+    fn area_vector(&self, triangle: TriangleId) -> DVec3 {
+        area_vector(self.triangles[triangle].map(|vertex| self.positions[vertex as usize]))
     }
 
     fn interpolate<T>(&self, values: &[T], triangle: TriangleId, at: Vec3) -> T
@@ -58,7 +79,9 @@ impl Appearance for Scene {
 }
 
 /// Triangles of `candidate` that hold samples, all of which lie on triangles of `reference` whose
-/// UVs in set 0 run the other way round. `pairs` are those at samples of the candidate.
+/// UVs in set 0 run the other way round. `pairs` are those at samples of the candidate; of these
+/// only the ones on the same side of the surface and in the same chart count, since the nearest point
+/// of a thin wall may be on its back, and charts may be mirrored there.
 pub(super) fn count_foldovers(
     reference: &Scene,
     candidate: &Scene,
@@ -66,10 +89,14 @@ pub(super) fn count_foldovers(
 ) -> usize {
     let mut votes = vec![(0u32, 0u32); candidate.triangles.len()];
     for pair in &pairs.pairs {
-        let own = candidate.uv_area(pair.sample.triangle);
-        let other = reference.uv_area(pair.target.triangle);
-        let (same, turned) = &mut votes[pair.sample.triangle];
-        if own * other < 0.0 {
+        let (own, other) = (pair.sample.triangle, pair.target.triangle);
+        let sides = (candidate.area_vector(own), reference.area_vector(other));
+        let apart = candidate.uv(&pair.sample).distance(reference.uv(&pair.target));
+        if sides.0.dot(sides.1) <= 0.0 || apart > candidate.longest_uv_edge(own) {
+            continue;
+        }
+        let (same, turned) = &mut votes[own];
+        if candidate.uv_area(own) * reference.uv_area(other) < 0.0 {
             *turned += 1;
         } else {
             *same += 1;
