@@ -10,10 +10,9 @@ use seamwise::evaluate;
 use seamwise::evaluate::scene::Mode;
 use seamwise::options::{BakeOptions, ReportOptions, Targets, Textures};
 use seamwise::repair::{Background, MeshOptions, RepairOptions};
+use seamwise::steering::Steering;
 use seamwise_attr::Polish;
 use seamwise_texture::Role;
-
-use crate::steering_args::SteeringArgs;
 
 /// Levels of detail for textured glTF that still look like the original, and atlases that do not
 /// bleed.
@@ -98,6 +97,28 @@ pub(crate) struct BakeArgs {
     steering: SteeringArgs,
 }
 
+/// Options of `seamwise bake` that steer the descent.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Steering the descent")]
+struct SteeringArgs {
+    /// Leave all points of this material as they are; may be given more than once.
+    #[arg(long, value_name = "NAME")]
+    lock_material: Vec<String>,
+    /// Leave all points as they are where this vertex attribute, of one component, is above 0.5.
+    #[arg(long, value_name = "NAME")]
+    lock_attribute: Option<String>,
+}
+
+impl SteeringArgs {
+    /// What these arguments mean.
+    fn resolve(&self) -> Steering {
+        Steering {
+            lock_materials: self.lock_material.clone(),
+            lock_attribute: self.lock_attribute.clone(),
+        }
+    }
+}
+
 /// Reads `1920x1080`.
 fn parse_size(text: &str) -> std::result::Result<(u32, u32), String> {
     let size = text.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
@@ -139,7 +160,7 @@ impl BakeArgs {
                 _ => Targets::halves(self.levels.into()),
             },
             max_error: self.max_error,
-            steering: self.steering.resolve()?,
+            steering: self.steering.resolve(),
             polish: (!self.no_polish).then(Polish::default),
             textures: match self.textures {
                 TextureMode::Repair => Textures::Repair,

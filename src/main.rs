@@ -4,7 +4,6 @@
 
 mod cli;
 mod run;
-mod steering_args;
 
 use std::process::ExitCode;
 

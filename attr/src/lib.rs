@@ -35,6 +35,7 @@ mod ray;
 mod regions;
 mod sample;
 mod shape;
+mod shell;
 mod simplify;
 mod solve;
 mod space;

@@ -37,9 +37,8 @@ const SAMPLE: usize = 1024;
 /// In a large surface a collapse has its turn when nothing that waits costs less than this share of
 /// it: most of the asking is for collapses that are all but next.
 ///
-/// Lab note: a displaced sphere of 998,000 triangles to four levels, seconds on one thread (of 2.84 at
-/// 0.8) and RMS distance at 50 and 6.25 % over those at 1: at 0.8 0.86, 1.002 and 1.011; at 0.6 0.83,
-/// 1.011 and 1.028.
+/// Lab note: a displaced sphere of 998,000 triangles to four levels, processor time and RMS distance at
+/// 50 and 6.25 % over those at 1: with 0.8 0.87, 1.002 and 1.011; with 0.6 0.86, 1.011 and 1.028.
 const TURN: f64 = 0.8;
 
 /// Whether a surface of so many triangles is to go down in regions.

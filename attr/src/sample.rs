@@ -28,7 +28,7 @@ pub struct Sample {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Samples {
     /// One more than triangles: how many samples the triangles before have.
-    starts: Vec<u32>,
+    starts: Vec<usize>,
     seed: u64,
 }
 
@@ -47,7 +47,7 @@ impl Samples {
         let ends = triangles.iter().map(|triangle| {
             end += area(triangle);
             // Sample s lies at s + start on the line of areas.
-            ((end * share - start).ceil().max(0.0) as usize).min(count) as u32
+            ((end * share - start).ceil().max(0.0) as usize).min(count)
         });
         Self { starts: std::iter::once(0).chain(ends).collect(), seed }
     }
@@ -57,7 +57,7 @@ impl Samples {
         let at = triangle.index();
         let shift = hash(self.seed, at as u64);
         (0..self.starts[at + 1] - self.starts[at])
-            .map(move |rank| Sample { triangle, barycentrics: spread(f64::from(rank), shift) })
+            .map(move |rank| Sample { triangle, barycentrics: spread(rank as f64, shift) })
     }
 }
 

@@ -4,17 +4,17 @@ use glam::{DVec2, DVec3};
 
 /// A surviving triangle may not turn by more than 75°.
 const TURN_COSINE: f64 = 0.258_819;
-/// A surviving triangle may not become thinner than this and than a share of what it was. An
-/// equilateral triangle has quality 1.
-///
-/// With any loss forbidden, thin tubes and wires get stuck and their descent goes elsewhere: at
-/// 12.5 % a ship's RMS distance is 4.9e-3 of the diagonal instead of 1.8e-3. With half of it allowed,
-/// a string of a racquet can't join two of its segments, whose triangles are then half as thick as
-/// they were, and gives up its ends instead. RMS distance at 12.5 and 6.25 % over that at a half: 0.53 and
-/// 0.62 with a fifth, 0.52 and 0.34 with a twentieth, 0.53 and 0.33 with none of it to be kept. Other
-/// models are within 2 %, and so is luminance.
+/// Below this quality a surviving triangle is a sliver; an equilateral one has quality 1.
 const SLIVER: f64 = 0.05;
-const KEPT_THICKNESS: f64 = 0.05;
+/// A sliver must keep this share of the quality that it had before.
+///
+/// If it must keep all, thin tubes and wires get stuck and their descent goes elsewhere: at 12.5 % a
+/// ship's RMS distance is 4.9e-3 of the diagonal instead of 1.8e-3. If half, a string of a racquet
+/// can't join two of its segments, whose triangles are then half as thick as they were, and gives up
+/// its ends instead. RMS distance at 12.5 and 6.25 % over that at a half: 0.53 and 0.62 with a fifth,
+/// 0.52 and 0.34 with a twentieth, 0.53 and 0.33 with nothing. Other models are within 2 %, and so is
+/// luminance.
+const KEPT_QUALITY: f64 = 0.05;
 
 fn cross(p: [DVec3; 3]) -> DVec3 {
     (p[1] - p[0]).cross(p[2] - p[0])
@@ -33,9 +33,10 @@ fn quality(p: [DVec3; 3]) -> f64 {
     if sides > 0.0 { 2.0 * 3f64.sqrt() * cross(p).length() / sides } else { 0.0 }
 }
 
+/// Whether a triangle becomes a sliver that has lost too much of its quality.
 pub(crate) fn is_worse_sliver(before: [DVec3; 3], after: [DVec3; 3]) -> bool {
     let after = quality(after);
-    after < SLIVER && after < KEPT_THICKNESS * quality(before)
+    after < SLIVER && after < KEPT_QUALITY * quality(before)
 }
 
 /// Whether a triangle's UV area changes sign. One without area may take either, as may one that

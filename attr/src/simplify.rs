@@ -10,12 +10,10 @@ use crate::mesh::{Layout, Mesh};
 use crate::metric::Metric;
 use crate::queue::Queue;
 use crate::rank::{edge_bounds, rank_all, triangle_bounds};
+use crate::shell::{measure, small_shell};
 use crate::stage::Stage;
 use crate::topology::Topology;
 
-/// Shells of up to this many triangles may vanish as a whole once none of their edges can
-/// collapse. A closed shell can't go below four triangles, and a sharp one sticks somewhat above.
-const SMALL_SHELL: usize = 16;
 /// Collapses that were found illegal are tried again each time the mesh has shrunk to this share
 /// of its size: what surrounded them has changed by then.
 const RETRY_SHARE: f64 = 0.9;
@@ -245,8 +243,8 @@ impl<'a> Descent<'a> {
     fn reject(&mut self, price: f64, edge: EdgeId, point: PointId) {
         self.aside[edge] = true;
         self.rejected.push((price, edge));
-        if let Some(shell) = self.topology.small_shell(point, SMALL_SHELL, &mut self.counts) {
-            let (area, radius) = self.measure(&shell);
+        if let Some(shell) = small_shell(&self.topology, point, &mut self.counts) {
+            let (area, radius) = measure(&shell, &self.topology, &self.metric);
             self.queue.push(area * radius * radius, self.topology.edge_count() as u32 + point.0);
         }
     }
@@ -272,31 +270,17 @@ impl<'a> Descent<'a> {
         }
     }
 
-    /// The area and the radius of a shell.
-    fn measure(&self, shell: &[TriangleId]) -> (f64, f64) {
-        let mut area = 0.0;
-        let (mut low, mut high) = (glam::DVec3::INFINITY, glam::DVec3::NEG_INFINITY);
-        for &triangle in shell {
-            let p = self.topology.points(triangle).map(|point| self.metric.positions[point]);
-            area += (p[1] - p[0]).cross(p[2] - p[0]).length() / 2.0;
-            for p in p {
-                (low, high) = (low.min(p), high.max(p));
-            }
-        }
-        (area, (high - low).length() / 2.0)
-    }
-
     /// Takes a small shell out, unless it is all there is, holds a locked point or costs more than
     /// what waits.
     fn vanish(&mut self, point: PointId, turn: f64) -> Result<usize, Stop> {
-        let shell = self.topology.small_shell(point, SMALL_SHELL, &mut self.counts);
+        let shell = small_shell(&self.topology, point, &mut self.counts);
         let Some(shell) = shell.filter(|s| !s.is_empty() && s.len() < self.triangles()) else {
             return Ok(0);
         };
         if shell.iter().any(|&t| self.topology.points(t).iter().any(|&p| self.is_locked(p))) {
             return Ok(0);
         }
-        let (area, radius) = self.measure(&shell);
+        let (area, radius) = measure(&shell, &self.topology, &self.metric);
         let cost = area * radius * radius;
         if self.queue.has_cheaper(turn * cost) {
             self.queue.push(cost, self.topology.edge_count() as u32 + point.0);

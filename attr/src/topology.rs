@@ -306,37 +306,6 @@ impl Topology {
     pub(crate) fn set_wedge(&mut self, corner: CornerId, wedge: WedgeId) {
         self.triangles[corner.triangle()][corner.slot()] = wedge;
     }
-
-    /// The triangles of the shell that `point` belongs to, or `None` if they are more than `most`.
-    pub(crate) fn small_shell(
-        &self,
-        point: PointId,
-        most: usize,
-        seen: &mut Marks,
-    ) -> Option<Vec<TriangleId>> {
-        seen.clear();
-        seen.set(point.index(), 0);
-        let (mut queue, mut at) = (vec![point], 0);
-        let mut shell: Vec<TriangleId> = Vec::new();
-        while let Some(&point) = queue.get(at) {
-            at += 1;
-            for corner in self.corners(point) {
-                if !shell.contains(&corner.triangle()) {
-                    if shell.len() == most {
-                        return None;
-                    }
-                    shell.push(corner.triangle());
-                }
-                for other in self.others(corner) {
-                    if seen.get(other.index()).is_none() {
-                        seen.set(other.index(), 0);
-                        queue.push(other);
-                    }
-                }
-            }
-        }
-        Some(shell)
-    }
 }
 
 /// Whether a point lies on the outline of the surface: one of its edges has one triangle, or more
@@ -427,13 +396,5 @@ mod tests {
         own.sort_unstable();
         own.dedup();
         assert_eq!(own.len(), 8);
-    }
-
-    #[test]
-    fn a_small_shell_is_found_whole() {
-        let topology = of(&grid(1));
-        let mut seen = Marks::new(4);
-        assert_eq!(topology.small_shell(PointId(0), 2, &mut seen).unwrap().len(), 2);
-        assert!(topology.small_shell(PointId(0), 1, &mut seen).is_none());
     }
 }

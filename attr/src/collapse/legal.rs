@@ -120,8 +120,8 @@ impl Plan {
     }
 
     /// Whether every surviving triangle keeps its shape at `position`: none turns by more than
-    /// 75°, none comes near nothing, none changes the sign of its area in a UV
-    /// set.
+    /// 75°, none becomes a sliver with next to nothing of its quality left, none changes the sign of
+    /// its area in a UV set.
     pub(crate) fn keeps_shape(
         &mut self,
         topology: &Topology,

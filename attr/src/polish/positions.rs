@@ -14,11 +14,24 @@ use crate::shape::{is_worse_sliver, turns};
 const ITERATIONS: usize = 30;
 const TOLERANCE: f64 = 1e-3;
 
-/// A level as the descent left it.
-pub(super) struct Descended<'a> {
-    pub(super) positions: Vec<Vec3>,
-    /// One per point, or empty.
-    pub(super) locked: &'a [bool],
+/// A level as the descent left it, and what stays through all rounds.
+pub(super) struct Descended {
+    positions: Vec<Vec3>,
+    graph: Graph,
+    /// Per point: whether it may move.
+    free: Vec<bool>,
+}
+
+impl Descended {
+    /// `locked` holds one per point, or is empty.
+    pub(super) fn new(level: &Mesh, locked: &[bool]) -> Self {
+        let triangles = (0..level.triangles.len()).map(|t| level.triangle_points(t).map(|p| p.0));
+        Self {
+            positions: level.positions.clone(),
+            graph: Graph::new(triangles.collect(), level.positions.len()),
+            free: free_points(level, locked),
+        }
+    }
 }
 
 /// One round: where the points of the level come to lie, towards where `pairs` have them.
@@ -26,14 +39,11 @@ pub(super) fn fit(
     source: &Sheet<'_>,
     level: &Sheet<'_>,
     pairs: &Pairs,
-    descended: &Descended<'_>,
+    descended: &Descended,
     damping: f64,
 ) -> Vec<Vec3> {
     let mesh = level.mesh;
-    let graph = Graph::new(
-        (0..mesh.triangles.len()).map(|t| mesh.triangle_points(t).map(|p| p.0)).collect(),
-        mesh.positions.len(),
-    );
+    let Descended { positions, graph, free } = descended;
     let by_triangle =
         Buckets::new(pairs.all.iter().map(|pair| pair.level.triangle.0), mesh.triangles.len());
     let (elements, right): (Vec<_>, Vec<_>) = (0..mesh.triangles.len())
@@ -44,13 +54,12 @@ pub(super) fn fit(
         })
         .unzip();
     let damping = damping * pairs.all.len() as f64 / mesh.positions.len() as f64;
-    let system = System::new(&graph, &elements, damping);
+    let system = System::new(graph, &elements, damping);
     drop(elements);
-    let free = free_points(mesh, descended.locked);
-    let moves = system.solve(&graph.sum_corners(&right), &free, ITERATIONS, TOLERANCE);
+    let moves = system.solve(&graph.sum_corners(&right), free, ITERATIONS, TOLERANCE);
     let moved =
         mesh.positions.iter().zip(&moves).map(|(p, by)| (p.as_dvec3() + *by).as_vec3()).collect();
-    keep_shape(mesh, &descended.positions, moved)
+    keep_shape(mesh, positions, moved)
 }
 
 /// A distance to a plane, felt by the corners of one triangle of the level.

@@ -187,7 +187,8 @@ pub(crate) fn chains(recipe: &Recipe) -> Option<(Mesh, [Vec<Level>; 2])> {
 }
 
 /// Whatever the mesh: each level is a mesh, not larger than the one before, at its target or with a
-/// reason; no edge has become a border or got a third triangle; groups keep the side of their UVs.
+/// reason; there are no more edges of an odd number of triangles or of more than two, and no more
+/// borders if no triangle lay on another; groups keep the side of their UVs.
 ///
 /// # Panics
 /// If one of these does not hold.
