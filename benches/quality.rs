@@ -186,8 +186,9 @@ fn ours(subject: &Subject, targets: &[Vec<usize>], arguments: &Arguments) -> Vec
         .zip(targets)
         .map(|(mesh, targets)| {
             let mut levels = simplify_chain(mesh, targets, &options, &removed).expect("a chain");
-            if let Some(options) = arguments.polish() {
-                polish_chain(mesh, &mut levels, &options, &removed).expect("sound options");
+            if let Some(polish) = arguments.polish() {
+                polish_chain(mesh, &mut levels, &options, &polish, &removed)
+                    .expect("sound options");
             }
             levels
         })

@@ -136,7 +136,8 @@ fn ours(mesh: &Mesh) -> Vec<Level> {
 
 fn polished(mesh: &Mesh, mut levels: Vec<Level>) -> Vec<Level> {
     let done = AtomicUsize::new(0);
-    polish_chain(mesh, &mut levels, &Polish::default(), &done).expect("sound options");
+    polish_chain(mesh, &mut levels, &Options::default(), &Polish::default(), &done)
+        .expect("sound options");
     levels
 }
 

@@ -26,6 +26,7 @@ use crate::report::html::{Extras, bake_page};
 use crate::report::pictures::{Gallery, draw_atlases};
 use crate::report::threads::time_threads;
 use crate::report::{BakeReport, InputReport, LevelReport, Seconds, peak_memory};
+use crate::steering::MeshSteering;
 use crate::write::{refuse_overwriting, to_glb, write_files};
 
 /// Where an asset comes from.
@@ -125,7 +126,7 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
     let simplify = || simplify_all(&geometries, &steering, options, progress);
     let mut chains = clock.time(|s| &mut s.simplify, simplify)?;
     if let Some(polish) = &options.polish {
-        let run = || polish_all(&geometries, &mut chains, polish, progress);
+        let run = || polish_all(&geometries, &mut chains, &steering, polish, progress);
         clock.time(|s| &mut s.polish, run)?;
     }
     let repairs = clock.time(|s| &mut s.repair, || repair_images(&asset, options))?;
@@ -158,7 +159,7 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
         schema: 1,
         input: input_report(input, &geometries),
         screen: options.screen,
-        levels: level_reports(&geometries, &chains, options, measured.as_ref()),
+        levels: level_reports(&geometries, &chains, &steering, options, measured.as_ref()),
         seconds: clock.seconds,
         peak_memory_bytes: peak_memory(),
     };
@@ -329,6 +330,7 @@ fn input_report(input: Input<'_>, geometries: &[Geometry]) -> InputReport {
 fn level_reports(
     geometries: &[Geometry],
     chains: &[Vec<Level>],
+    steering: &[MeshSteering],
     options: &BakeOptions,
     measured: Option<&Measured>,
 ) -> Vec<LevelReport> {
@@ -345,7 +347,10 @@ fn level_reports(
             triangles: levels().map(|level| level.mesh.triangles.len()).sum(),
             points: levels().map(|level| level.mesh.positions.len()).sum(),
             wedges: levels().map(|level| level.mesh.wedge_points.len()).sum(),
-            error: levels().map(|level| level.error).fold(0.0, f64::max),
+            error: levels()
+                .zip(steering)
+                .map(|(level, steering)| level.error * steering.stretch())
+                .fold(0.0, f64::max),
             reached: stopped.is_empty(),
             why: stopped.first().map(|stop| match chains.len() {
                 1 => stop.to_string(),

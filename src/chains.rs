@@ -41,28 +41,30 @@ pub(crate) fn simplify_all(
             .par_iter()
             .zip(steering)
             .map(|(geometry, steering)| {
-                let settings = steering.options(options.max_error);
                 let targets = targets(geometry, &shares);
-                simplify_chain(&geometry.welded.mesh, &targets, &settings, removed)
+                simplify_chain(&geometry.welded.mesh, &targets, &steering.options(), removed)
                     .map_err(|error| Error::Internal { what: error.to_string() })
             })
             .collect()
     })
 }
 
-/// Fits the levels to their meshes, the meshes in parallel.
+/// Fits the levels to their meshes, the meshes in parallel. `steering` holds what is asked of each.
 pub(crate) fn polish_all(
     geometries: &[Geometry],
     chains: &mut [Vec<Level>],
-    options: &Polish,
+    steering: &[MeshSteering],
+    polish: &Polish,
     progress: &Progress,
 ) -> Result<()> {
     let levels = chains.iter().map(Vec::len).sum();
     progress.stage("polish", levels, |done| {
-        geometries.par_iter().zip(chains).try_for_each(|(geometry, levels)| {
-            polish_chain(&geometry.welded.mesh, levels, options, done)
-                .map_err(|error| Error::Internal { what: error.to_string() })
-        })
+        geometries.par_iter().zip(chains).zip(steering).try_for_each(
+            |((geometry, levels), steering)| {
+                polish_chain(&geometry.welded.mesh, levels, &steering.options(), polish, done)
+                    .map_err(|error| Error::Internal { what: error.to_string() })
+            },
+        )
     })
 }
 

@@ -66,9 +66,6 @@ pub(crate) struct BakeArgs {
     /// The triangles that each level has, from fine to coarse.
     #[arg(long, value_delimiter = ',', value_name = "N,N,…", conflicts_with_all = ["levels", "ratios"])]
     triangles: Option<Vec<usize>>,
-    /// Stop before an error above this, in the units of the file.
-    #[arg(long, value_name = "E")]
-    max_error: Option<f64>,
     /// Leave the levels as the descent left them, which is faster and less like the source.
     #[arg(long)]
     no_polish: bool,
@@ -101,6 +98,12 @@ pub(crate) struct BakeArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Steering the descent")]
 struct SteeringArgs {
+    /// Stop before an error above this, in the units of the scene.
+    #[arg(long, value_name = "E")]
+    max_error: Option<f64>,
+    /// Turn no triangle by more than this in any collapse.
+    #[arg(long, default_value_t = Steering::default().max_turn, value_name = "DEGREES")]
+    max_turn: f64,
     /// Leave all points of this material as they are; may be given more than once.
     #[arg(long, value_name = "NAME")]
     lock_material: Vec<String>,
@@ -111,11 +114,15 @@ struct SteeringArgs {
 
 impl SteeringArgs {
     /// What these arguments mean.
-    fn resolve(&self) -> Steering {
-        Steering {
+    fn resolve(&self) -> Result<Steering> {
+        let steering = Steering {
+            max_error: self.max_error,
+            max_turn: self.max_turn,
             lock_materials: self.lock_material.clone(),
             lock_attribute: self.lock_attribute.clone(),
-        }
+        };
+        steering.check()?;
+        Ok(steering)
     }
 }
 
@@ -150,17 +157,13 @@ impl BakeArgs {
             pixel_tolerance: self.pixel_tolerance,
         };
         screen.check()?;
-        if self.max_error.is_some_and(|error| error.is_nan() || error < 0.0) {
-            return Err(Error::Options { what: "the error limit must be 0 or more".into() });
-        }
         Ok(BakeOptions {
             targets: match (&self.ratios, &self.triangles) {
                 (Some(ratios), _) => Targets::ratios(ratios.clone())?,
                 (_, Some(counts)) => Targets::triangles(counts.clone())?,
                 _ => Targets::halves(self.levels.into()),
             },
-            max_error: self.max_error,
-            steering: self.steering.resolve(),
+            steering: self.steering.resolve()?,
             polish: (!self.no_polish).then(Polish::default),
             textures: match self.textures {
                 TextureMode::Repair => Textures::Repair,

@@ -12,8 +12,6 @@ use crate::steering::Steering;
 pub struct BakeOptions {
     /// How many triangles each level is to have, the finest first.
     pub targets: Targets,
-    /// No collapse may have an error above this, in the units of the file.
-    pub max_error: Option<f64>,
     /// What the descent is to keep to beside.
     pub steering: Steering,
     /// How the levels are fitted to the source after the descent, if they are.
@@ -47,7 +45,6 @@ impl Default for BakeOptions {
     fn default() -> Self {
         Self {
             targets: Targets::default(),
-            max_error: None,
             steering: Steering::default(),
             polish: Some(Polish::default()),
             textures: Textures::Repair,

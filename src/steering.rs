@@ -1,15 +1,23 @@
 //! What the user asks of single parts of an asset, as lists over the points of its meshes.
 
+use glam::DMat4;
+use nalgebra::{Matrix3, Vector3};
+use rustc_hash::FxHashMap;
 use seamwise_attr::{Mesh, Options, PointId};
 
 use crate::accessor::Elements;
 use crate::asset::Asset;
 use crate::error::{Error, Result};
 use crate::geometry::{Geometry, Part};
+use crate::nodes::world_nodes;
 
 /// What a descent is to keep to, beyond its targets.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Steering {
+    /// No collapse may have an error above this, in the units of the scene.
+    pub max_error: Option<f64>,
+    /// No triangle may turn by more than this in a collapse, in degrees above 0 and up to 90.
+    pub max_turn: f64,
     /// Materials by name: the points of their triangles stay as they are, in descent and polish.
     pub lock_materials: Vec<String>,
     /// A vertex attribute of one component: points where it is above 0.5 stay as they are.
@@ -17,13 +25,40 @@ pub struct Steering {
 }
 
 /// What is asked of one mesh.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct MeshSteering {
+    /// How much longer a length of the mesh gets in the scene, at most.
+    stretch: f64,
+    /// In the units of the mesh.
+    max_error: Option<f64>,
+    max_turn: f64,
     /// One per point, or empty.
     locked: Vec<bool>,
 }
 
+impl Default for Steering {
+    fn default() -> Self {
+        let max_turn = Options::default().max_turn;
+        Self { max_error: None, max_turn, lock_materials: Vec::new(), lock_attribute: None }
+    }
+}
+
 impl Steering {
+    /// Checks that the figures make sense.
+    ///
+    /// # Errors
+    /// [`Error::Options`] if one does not.
+    pub fn check(&self) -> Result<()> {
+        let refuse = |what: &str| Err(Error::Options { what: what.into() });
+        if self.max_error.is_some_and(|error| error.is_nan() || error < 0.0) {
+            return refuse("the error limit must be 0 or more");
+        }
+        if !(self.max_turn > 0.0 && self.max_turn <= 90.0) {
+            return refuse("a turn must be above 0 and at most 90 degrees");
+        }
+        Ok(())
+    }
+
     /// What is asked of each of the meshes.
     ///
     /// # Errors
@@ -39,7 +74,16 @@ impl Steering {
         if let Some(name) = &self.lock_attribute {
             check_attribute(geometries, name)?;
         }
-        let steer = |geometry| Ok(MeshSteering { locked: self.locks(geometry, &materials)? });
+        let stretches = stretches(asset)?;
+        let steer = |geometry: &Geometry| {
+            let stretch = stretches.get(&geometry.mesh).copied().unwrap_or(1.0);
+            Ok(MeshSteering {
+                stretch,
+                max_error: self.max_error.map(|error| error / stretch),
+                max_turn: self.max_turn,
+                locked: self.locks(geometry, &materials)?,
+            })
+        };
         geometries.iter().map(steer).collect()
     }
 
@@ -66,10 +110,36 @@ impl Steering {
 }
 
 impl MeshSteering {
-    /// The options of its descent.
-    pub(crate) fn options(&self, max_error: Option<f64>) -> Options<'_> {
-        Options { max_error, locked: &self.locked, ..Options::default() }
+    /// The options of its descent and polish.
+    pub(crate) fn options(&self) -> Options<'_> {
+        let Self { max_error, max_turn, ref locked, .. } = *self;
+        Options { max_error, max_turn, locked, ..Options::default() }
     }
+
+    /// How much longer a length of the mesh gets in the scene, at most.
+    pub(crate) fn stretch(&self) -> f64 {
+        self.stretch
+    }
+}
+
+/// By mesh: the greatest factor that a node of the scene stretches its lengths by.
+fn stretches(asset: &Asset) -> Result<FxHashMap<usize, f64>> {
+    let mut stretches = FxHashMap::default();
+    for (node, world) in world_nodes(asset)? {
+        if let Some(mesh) = asset.reference(&format!("/nodes/{node}"), "mesh", "meshes")? {
+            let stretch = stretches.entry(mesh).or_insert(0.0f64);
+            *stretch = stretch.max(largest_stretch(&world));
+        }
+    }
+    stretches.retain(|_, stretch| *stretch > 0.0 && stretch.is_finite());
+    Ok(stretches)
+}
+
+/// The largest singular value of a transform's linear part.
+fn largest_stretch(world: &DMat4) -> f64 {
+    let columns = [world.x_axis, world.y_axis, world.z_axis];
+    let linear = Matrix3::from_columns(&columns.map(|c| Vector3::new(c.x, c.y, c.z)));
+    linear.singular_values().max()
 }
 
 /// The materials of a name.

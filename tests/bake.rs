@@ -14,6 +14,7 @@ use seamwise::evaluate::load::{TextureCache, load};
 use seamwise::evaluate::{Metrics, Options, Reference};
 use seamwise::options::{BakeOptions, Targets, Textures};
 use seamwise::report::BakeReport;
+use seamwise::steering::Steering;
 use serde_json::{Value, json};
 
 /// Fails unless each level is within 2 % of its target, or says why it is not.
@@ -81,7 +82,8 @@ fn an_error_bound_is_kept_and_named_as_the_reason() {
     let glb = Build::of(&shapes::patch(24)).glb();
     let free = Baked::bytes("patch", &glb, &unmeasured());
     let bound = free.report.levels[1].error;
-    let held = Baked::bytes("patch", &glb, &BakeOptions { max_error: Some(bound), ..unmeasured() });
+    let steering = Steering { max_error: Some(bound), ..Steering::default() };
+    let held = Baked::bytes("patch", &glb, &BakeOptions { steering, ..unmeasured() });
     let last = &held.report.levels[3];
     assert!(last.error <= bound, "{last:?}");
     assert!(!last.reached && last.why.is_some(), "{last:?}");

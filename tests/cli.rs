@@ -95,6 +95,7 @@ fn the_options_of_the_design_are_there() {
         "--ratios",
         "--triangles",
         "--max-error",
+        "--max-turn",
         "--no-polish",
         "--textures",
         "--no-evaluate",
@@ -296,6 +297,8 @@ fn a_command_that_makes_no_sense_exits_with_2() {
         "bake a.glb -o out --textures paint",
         "bake a.glb -o out --max-error=-1",
         "bake a.glb -o out --max-error nan",
+        "bake a.glb -o out --max-turn 0",
+        "bake a.glb -o out --max-turn 120",
         "bake a.glb -o out --no-such-option",
     ] {
         let ran = stage.run(&arguments.split_whitespace().collect::<Vec<_>>());

@@ -8,7 +8,7 @@ use crate::ground::Ground;
 use crate::id::{PointId, WedgeId};
 use crate::mesh::Mesh;
 use crate::options::Options;
-use crate::polish::{Polish, Source, polish};
+use crate::polish::{Guards, Polish, Source};
 use crate::quadric::MAX_ATTRIBUTES;
 use crate::regions;
 use crate::simplify::{Descent, Stop};
@@ -24,8 +24,6 @@ pub struct Level {
     pub point_sources: Vec<PointId>,
     /// One per wedge: the wedge of the source that it stands for.
     pub wedge_sources: Vec<WedgeId>,
-    /// One per point: whether it was locked, so that a polish leaves it alone. Empty if none was.
-    pub locked: Vec<bool>,
     /// Triangles asked for.
     pub target: usize,
     /// Root of the largest area-weighted cost of any collapse up to here, in the units of the
@@ -70,12 +68,11 @@ pub fn simplify_chain(
         }
         let stopped = descent.descend(target, regions::turn(descent.triangles()), removed);
         let (level, point_sources, wedge_sources) = descent.snapshot();
-        let (mut locked, error) = (Vec::new(), descent.error());
-        space.lock(&point_sources, &mut locked);
-        let mut level =
-            Level { mesh: level, point_sources, wedge_sources, locked, target, error, stopped };
+        let error = descent.error();
+        let mut level = Level { mesh: level, point_sources, wedge_sources, target, error, stopped };
         finish_attributes(&mut level.mesh, &range);
-        restore_locked(&mut level, mesh);
+        let locked = options.locked_of(&level.point_sources);
+        restore_locked(&mut level, mesh, &locked);
         levels.push(level);
     }
     Ok(levels)
@@ -93,24 +90,32 @@ fn check(mesh: &Mesh, targets: &[usize], options: &Options<'_>) -> Result<()> {
     options.check(mesh)
 }
 
-/// Fits each level to `mesh`, which it was made from: see [`Polish`]. One that has lost no triangle
-/// stays as it is, and so do locked points. `done` counts levels as they go, for a progress bar.
+/// Fits each level to `mesh`, which it was made from with `options`: see [`Polish`]. One that has lost
+/// no triangle stays as it is, and so do locked points. `done` counts levels as they go, for a progress bar.
 ///
 /// # Errors
-/// [`Error::Options`] if a figure of `options` is negative or not finite.
+/// [`Error::Options`] if an option makes no sense.
 pub fn polish_chain(
     mesh: &Mesh,
     levels: &mut [Level],
-    options: &Polish,
+    options: &Options<'_>,
+    polish: &Polish,
     done: &AtomicUsize,
 ) -> Result<()> {
-    options.check()?;
+    options.check(mesh)?;
+    polish.check()?;
     let (source, range) = (Source::new(mesh), color_range(mesh));
     for level in levels {
         if level.mesh.triangles.len() < mesh.triangles.len() {
-            polish(&source, &mut level.mesh, &level.locked, options);
+            let locked = options.locked_of(&level.point_sources);
+            let guards = Guards {
+                locked: &locked,
+                turn_cosine: options.turn_cosine(),
+                keep_volume: options.keep_volume,
+            };
+            polish.fit(&source, &mut level.mesh, &guards);
             finish_attributes(&mut level.mesh, &range);
-            restore_locked(level, mesh);
+            restore_locked(level, mesh, &locked);
         }
         done.fetch_add(1, Ordering::Relaxed);
     }
@@ -118,18 +123,18 @@ pub fn polish_chain(
 }
 
 /// Gives locked points and their wedges what they have in the source, to the bit.
-fn restore_locked(level: &mut Level, source: &Mesh) {
-    if level.locked.is_empty() {
+fn restore_locked(level: &mut Level, source: &Mesh, locked: &[bool]) {
+    if locked.is_empty() {
         return;
     }
     for (point, &stands_for) in level.point_sources.iter().enumerate() {
-        if level.locked[point] {
+        if locked[point] {
             level.mesh.positions[point] = source.positions[stands_for];
         }
     }
     let len = level.mesh.layout.len();
     for (wedge, &stands_for) in level.wedge_sources.iter().enumerate() {
-        if level.locked[level.mesh.wedge_points[wedge].index()] {
+        if locked[level.mesh.wedge_points[wedge].index()] {
             level.mesh.attributes[wedge * len..][..len].copy_from_slice(source.row(stands_for));
         }
     }

@@ -120,7 +120,7 @@ fn measure(
     if rim.is_empty() {
         own = [point_sources.len(), wedge_sources.len()];
     }
-    let mut metric = Metric::new(&part, space);
+    let mut metric = Metric::new(&part, space, &point_sources);
     metric.truncate(own[0], own[1]);
     part.triangles.truncate(region.len());
     part.groups.truncate(region.len());

@@ -63,9 +63,9 @@ pub(crate) struct Metric {
 }
 
 impl Metric {
-    /// Measures a mesh, or a piece of the one that `space` was made for. Its layout must not hold
-    /// more than [`MAX_ATTRIBUTES`](quadric::MAX_ATTRIBUTES) floats.
-    pub(crate) fn new(mesh: &Mesh, space: &Arc<Space>) -> Self {
+    /// Measures a mesh, or a piece of the one that `space` was made for, whose points are `sources`
+    /// there. Its layout must not hold more than [`MAX_ATTRIBUTES`](quadric::MAX_ATTRIBUTES) floats.
+    pub(crate) fn new(mesh: &Mesh, space: &Arc<Space>, sources: &[PointId]) -> Self {
         let attributes = mesh.layout.len();
         let mut metric = Self {
             space: Arc::clone(space),
@@ -76,8 +76,9 @@ impl Metric {
             constraints: vec![PointQuadric::default(); mesh.positions.len()],
         };
         metric.scale_rows(mesh);
-        metric.add_triangles(mesh);
-        metric.add_outlines(mesh);
+        let importance: Vec<f64> = sources.iter().map(|&point| space.importance(point)).collect();
+        metric.add_triangles(mesh, &importance);
+        metric.add_outlines(mesh, &importance);
         metric
     }
 
@@ -130,7 +131,7 @@ impl Metric {
         }
     }
 
-    fn add_triangles(&mut self, mesh: &Mesh) {
+    fn add_triangles(&mut self, mesh: &Mesh, importance: &[f64]) {
         let stride = quadric::stride(self.attributes);
         let mut own = vec![0.0; stride];
         for triangle in 0..mesh.triangles.len() {
@@ -142,7 +143,8 @@ impl Metric {
             let gradients = (0..self.attributes).map(|at| slopes.gradient(rows.map(|row| row[at])));
             quadric::set_triangle(&mut own, (p[0], normal), gradients, cross.length() / 6.0);
             for wedge in wedges {
-                quadric::add(self.quadric_mut(wedge), &own);
+                let factor = importance[mesh.wedge_points[wedge].index()];
+                quadric::add_scaled(self.quadric_mut(wedge), &own, factor);
             }
         }
     }
@@ -150,7 +152,7 @@ impl Metric {
     /// Adds a plane through each border and seam edge, perpendicular to its triangle, so that
     /// outlines and seams stay where they are (Garland & Heckbert 1997, §6). Weighted by the
     /// edge's squared length. A crease needs none: the surface bends there.
-    fn add_outlines(&mut self, mesh: &Mesh) {
+    fn add_outlines(&mut self, mesh: &Mesh, importance: &[f64]) {
         let weights = self.space.weights;
         visit_edges(mesh, |kind, sides| {
             let weight = match kind {
@@ -164,9 +166,9 @@ impl Metric {
                 let face = (p[1] - p[0]).cross(p[2] - p[0]);
                 let normal = (to - from).cross(face).normalize_or_zero();
                 let weight = weight * (to - from).length_squared() / 2.0;
-                let plane = PointQuadric::from_plane(from, normal, weight);
                 for point in points {
-                    self.constraints[point].add(&plane);
+                    let weight = weight * importance[point.index()];
+                    self.constraints[point].add(&PointQuadric::from_plane(from, normal, weight));
                 }
             }
         });
@@ -216,7 +218,8 @@ mod tests {
     use crate::testing::{grid, sphere};
 
     fn metric(mesh: &Mesh, weights: Weights) -> Metric {
-        Metric::new(mesh, &Arc::new(Space::new(mesh, weights)))
+        let points: Vec<PointId> = (0..mesh.positions.len()).map(PointId::new).collect();
+        Metric::new(mesh, &Arc::new(Space::new(mesh, weights)), &points)
     }
 
     #[test]

@@ -1,32 +1,79 @@
 //! What a descent is to keep to.
 
 use crate::error::{Error, Result};
+use crate::id::PointId;
 use crate::mesh::Mesh;
 use crate::metric::Weights;
 
 /// Options of a simplification.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options<'a> {
     /// Weights of the metric.
     pub weights: Weights,
     /// No collapse may have an error above this, in the units of the mesh.
     pub max_error: Option<f64>,
+    /// No collapse may turn a triangle by more than this, in degrees above 0 and up to 90, nor may a
+    /// polish, seen from the level that it is given.
+    pub max_turn: f64,
+    /// Place merged points where the enclosed volume stays what it is, in the descent and in the polish.
+    pub keep_volume: bool,
+    /// One per point, or empty if all count alike: what the costs around it are multiplied by, 0 or more.
+    /// See [`view_importance`](crate::view_importance) and
+    /// [`curvature_importance`](crate::curvature_importance).
+    pub importance: &'a [f32],
     /// One per point, or empty if all are free: a locked point keeps its position and the
     /// attributes of its wedges to the bit, and no edge at it collapses.
     pub locked: &'a [bool],
 }
 
+impl Default for Options<'_> {
+    fn default() -> Self {
+        Self {
+            weights: Weights::default(),
+            max_error: None,
+            max_turn: 75.0,
+            keep_volume: false,
+            importance: &[],
+            locked: &[],
+        }
+    }
+}
+
 impl Options<'_> {
+    /// The cosine of the largest turn.
+    pub(crate) fn turn_cosine(&self) -> f64 {
+        self.max_turn.to_radians().cos()
+    }
+
+    /// One per point of a level that stands for `sources`: whether it is locked. Empty if none is.
+    pub(crate) fn locked_of(&self, sources: &[PointId]) -> Vec<bool> {
+        if self.locked.is_empty() {
+            return Vec::new();
+        }
+        sources.iter().map(|&source| self.locked[source]).collect()
+    }
+
     /// Checks that every figure makes sense and every list fits `mesh`.
     pub(crate) fn check(&self, mesh: &Mesh) -> Result<()> {
         let w = self.weights;
         if [w.uv, w.normal, w.color, w.border, w.seam].iter().any(|w| !w.is_finite() || *w < 0.0) {
             return Err(Error::Options { what: "weights must be finite and not negative".into() });
         }
-        let points = mesh.positions.len();
-        if !self.locked.is_empty() && self.locked.len() != points {
-            let what = format!("{} locks for {points} points", self.locked.len());
+        if !(self.max_turn > 0.0 && self.max_turn <= 90.0) {
+            let what = "a turn must be above 0 and at most 90 degrees".into();
             return Err(Error::Options { what });
+        }
+        if self.importance.iter().any(|x| !x.is_finite() || *x < 0.0) {
+            let what = "importances must be finite and not negative".into();
+            return Err(Error::Options { what });
+        }
+        let points = mesh.positions.len();
+        for (count, what) in [(self.locked.len(), "locks"), (self.importance.len(), "importances")]
+        {
+            if count != 0 && count != points {
+                let what = format!("{count} {what} for {points} points");
+                return Err(Error::Options { what });
+            }
         }
         Ok(())
     }
@@ -46,9 +93,10 @@ mod tests {
         simplify_chain(mesh, &[target], options, &AtomicUsize::new(0)).unwrap().remove(0)
     }
 
-    fn polished(mesh: &Mesh, level: Level) -> Level {
+    fn polished(mesh: &Mesh, level: Level, options: &Options<'_>) -> Level {
         let mut levels = [level];
-        polish_chain(mesh, &mut levels, &Polish::default(), &AtomicUsize::new(0)).unwrap();
+        let polish = Polish::default();
+        polish_chain(mesh, &mut levels, options, &polish, &AtomicUsize::new(0)).unwrap();
         let [level] = levels;
         level
     }
@@ -82,7 +130,7 @@ mod tests {
             let level = chain(&mesh, mesh.triangles.len() / 2, &options);
             assert_eq!(level.stopped, None);
             assert_kept(&mesh, &locked, &level);
-            assert_kept(&mesh, &locked, &polished(&mesh, level));
+            assert_kept(&mesh, &locked, &polished(&mesh, level, &options));
         }
     }
 
@@ -99,9 +147,53 @@ mod tests {
     }
 
     #[test]
-    fn lists_that_do_not_fit_are_refused() {
+    fn no_triangle_turns_farther_than_allowed() {
+        let bumps = surface(30, |x, y| Vec3::new(x, y, 0.1 * (9.0 * x).sin() * (7.0 * y).cos()));
+        let normal = |mesh: &Mesh, triangle: usize| {
+            let [a, b, c] = mesh.triangle_positions(triangle);
+            (b - a).cross(c - a).normalize()
+        };
+        let steepest = |level: &Level| {
+            let count = level.mesh.triangles.len();
+            (0..count).map(|t| normal(&level.mesh, t).z).fold(1.0f32, f32::min)
+        };
+        let tight = Options { max_turn: 5.0, ..Options::default() };
+        let (loose, tight) = (chain(&bumps, 60, &Options::default()), chain(&bumps, 60, &tight));
+        assert!(tight.mesh.triangles.len() > loose.mesh.triangles.len());
+        assert!(steepest(&tight) >= steepest(&loose));
+    }
+
+    #[test]
+    fn a_closed_surface_keeps_its_volume_through_descent_and_polish() {
+        let mesh = sphere(24);
+        let volume = |mesh: &Mesh| {
+            let corners = (0..mesh.triangles.len()).map(|t| mesh.triangle_positions(t));
+            corners.map(|[a, b, c]| a.as_dvec3().dot(b.cross(c).as_dvec3())).sum::<f64>()
+        };
+        let off = |level: &Level| (volume(&level.mesh) / volume(&mesh) - 1.0).abs();
+        let kept = Options { keep_volume: true, ..Options::default() };
+        let (free, level) = (chain(&mesh, 100, &Options::default()), chain(&mesh, 100, &kept));
+        assert!(
+            off(&level) < 1e-5 && off(&level) < 0.1 * off(&free),
+            "{} {}",
+            off(&level),
+            off(&free)
+        );
+        let polished = polished(&mesh, level, &kept);
+        assert!(off(&polished) < 1e-5, "{}", off(&polished));
+    }
+
+    #[test]
+    fn figures_and_lists_that_make_no_sense_are_refused() {
+        let refused = |options: &Options<'_>| {
+            let refused = simplify_chain(&grid(2), &[2], options, &AtomicUsize::new(0));
+            refused.unwrap_err().to_string()
+        };
         let options = Options { locked: &[true], ..Options::default() };
-        let refused = simplify_chain(&grid(2), &[2], &options, &AtomicUsize::new(0));
-        assert!(refused.unwrap_err().to_string().contains("1 locks for 9 points"));
+        assert!(refused(&options).contains("1 locks for 9 points"));
+        for max_turn in [0.0, 91.0, f64::NAN] {
+            let options = Options { max_turn, ..Options::default() };
+            assert!(refused(&options).contains("at most 90 degrees"));
+        }
     }
 }

@@ -177,6 +177,14 @@ pub(crate) fn add(quadric: &mut [f64], other: &[f64]) {
     }
 }
 
+/// Adds `factor` times a packed quadric.
+#[inline]
+pub(crate) fn add_scaled(quadric: &mut [f64], other: &[f64], factor: f64) {
+    for (mine, theirs) in quadric.iter_mut().zip(other) {
+        *mine += theirs * factor;
+    }
+}
+
 /// The weight of a packed quadric: the area it was summed over.
 #[inline]
 pub(crate) fn weight(quadric: &[f64]) -> f64 {

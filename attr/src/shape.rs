@@ -2,8 +2,6 @@
 
 use glam::{DVec2, DVec3};
 
-/// A surviving triangle may not turn by more than 75°.
-const TURN_COSINE: f64 = 0.258_819;
 /// Below this quality a surviving triangle is a sliver; an equilateral one has quality 1.
 const SLIVER: f64 = 0.05;
 /// A sliver must keep this share of the quality that it had before.
@@ -20,10 +18,11 @@ fn cross(p: [DVec3; 3]) -> DVec3 {
     (p[1] - p[0]).cross(p[2] - p[0])
 }
 
-/// Whether a triangle turns by more than 75°. One without area has no direction to turn from.
-pub(crate) fn turns(before: [DVec3; 3], after: [DVec3; 3]) -> bool {
+/// Whether a triangle turns by more than the angle of `cosine`. One without area has no direction to
+/// turn from.
+pub(crate) fn turns(before: [DVec3; 3], after: [DVec3; 3], cosine: f64) -> bool {
     let (old, new) = (cross(before), cross(after));
-    old.dot(new) < TURN_COSINE * old.length() * new.length()
+    old.dot(new) < cosine * old.length() * new.length()
 }
 
 /// Area over squared sides, 1 for an equilateral triangle.
@@ -61,6 +60,7 @@ mod tests {
 
     #[test]
     fn a_triangle_turns_past_75_degrees() {
+        let turns = |before, after| turns(before, after, 75f64.to_radians().cos());
         let turned = |degrees: f64| tip(degrees.to_radians().sin(), degrees.to_radians().cos());
         assert!(!turns(FLAT, turned(74.0)));
         assert!(turns(FLAT, turned(76.0)));

@@ -245,8 +245,14 @@ impl<'a> Descent<'a> {
         self.rejected.push((price, edge));
         if let Some(shell) = small_shell(&self.topology, point, &mut self.counts) {
             let (area, radius) = measure(&shell, &self.topology, &self.metric);
-            self.queue.push(area * radius * radius, self.topology.edge_count() as u32 + point.0);
+            let cost = self.importance(point) * area * radius * radius;
+            self.queue.push(cost, self.topology.edge_count() as u32 + point.0);
         }
+    }
+
+    /// What costs at a point are multiplied by.
+    fn importance(&self, point: PointId) -> f64 {
+        self.metric.space.importance(self.point_sources[point])
     }
 
     /// Queues the edges at a point again that were put aside.
@@ -281,6 +287,7 @@ impl<'a> Descent<'a> {
             return Ok(0);
         }
         let (area, radius) = measure(&shell, &self.topology, &self.metric);
+        let area = self.importance(point) * area;
         let cost = area * radius * radius;
         if self.queue.has_cheaper(turn * cost) {
             self.queue.push(cost, self.topology.edge_count() as u32 + point.0);

@@ -19,6 +19,9 @@ use crate::quadric::MAX_ATTRIBUTES;
 /// below any error that matters, and its row can be read back.
 const LEAST_SCALE: f64 = 1e-6;
 
+/// An importance beyond is taken as these: the quadrics must stay far from rounding.
+const RANGE: (f64, f64) = (1e-6, 1e6);
+
 /// How a mesh lies in the space of its costs.
 pub(crate) struct Space {
     /// Length of one unit, in the units of the mesh.
@@ -27,6 +30,11 @@ pub(crate) struct Space {
     /// What each entry of a row is multiplied by: a row per group.
     scales: FxHashMap<u32, [f64; MAX_ATTRIBUTES]>,
     pub(crate) weights: Weights,
+    /// The cosine of the largest angle that a collapse may turn a triangle by.
+    pub(crate) turn_cosine: f64,
+    pub(crate) keep_volume: bool,
+    /// Per point of the mesh: what the costs around it are multiplied by. Empty if all count alike.
+    importance: Vec<f32>,
     /// Per point of the mesh: whether the user locked it. Empty if none is.
     locked: Vec<bool>,
 }
@@ -41,7 +49,16 @@ impl Space {
     pub(crate) fn of(mesh: &Mesh, options: &Options<'_>) -> Self {
         let ((center, unit), weights) = (frame(mesh), options.weights);
         let scales = scales(mesh, weights, unit);
-        Self { unit, center, scales, weights, locked: options.locked.to_vec() }
+        Self {
+            unit,
+            center,
+            scales,
+            weights,
+            turn_cosine: options.turn_cosine(),
+            keep_volume: options.keep_volume,
+            importance: options.importance.to_vec(),
+            locked: options.locked.to_vec(),
+        }
     }
 
     /// Adds the user's locks to those of points that stand for `sources`. Either may be empty.
@@ -53,6 +70,11 @@ impl Space {
         for (locked, &source) in locked.iter_mut().zip(sources) {
             *locked |= self.locked[source];
         }
+    }
+
+    /// What the costs around a point of the mesh are multiplied by.
+    pub(crate) fn importance(&self, source: PointId) -> f64 {
+        self.importance.get(source.index()).map_or(1.0, |&x| f64::from(x).clamp(RANGE.0, RANGE.1))
     }
 
     /// A position of the mesh here.

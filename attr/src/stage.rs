@@ -86,13 +86,14 @@ pub(crate) enum Key {
 impl Stage {
     /// A whole mesh.
     pub(crate) fn new(source: &Mesh, space: &Arc<Space>) -> Self {
+        let point_sources: Vec<PointId> = (0..source.positions.len()).map(PointId::new).collect();
         Self {
-            metric: Metric::new(source, space),
+            metric: Metric::new(source, space, &point_sources),
             triangles: source.triangles.clone(),
             groups: source.groups.clone(),
             bounds: vec![[0.0; 3]; source.triangles.len()],
             wedge_points: source.wedge_points.clone(),
-            point_sources: (0..source.positions.len()).map(PointId::new).collect(),
+            point_sources,
             wedge_sources: (0..source.wedge_points.len()).map(WedgeId::new).collect(),
             error: 0.0,
         }

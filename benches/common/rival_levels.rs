@@ -32,8 +32,7 @@ fn level(source: &Mesh, groups: &[Group]) -> Level {
         point_sources[point.index()] = source.wedge_points[wedge.index()];
     }
     let target = mesh.triangles.len();
-    let locked = Vec::new();
-    Level { mesh, point_sources, wedge_sources, locked, target, error: 0.0, stopped: None }
+    Level { mesh, point_sources, wedge_sources, target, error: 0.0, stopped: None }
 }
 
 /// Unit normals and colors in 0…1, as gltfpack leaves them.

@@ -120,7 +120,7 @@ impl Plan {
     }
 
     /// Whether every surviving triangle keeps its shape at `position`: none turns by more than
-    /// 75°, none becomes a sliver with next to nothing of its quality left, none changes the sign of
+    /// the options allow, none becomes a sliver with next to nothing of its quality left, none changes the sign of
     /// its area in a UV set.
     pub(crate) fn keeps_shape(
         &mut self,
@@ -135,7 +135,7 @@ impl Plan {
             let before = topology.points(triangle).map(|point| metric.positions[point]);
             let mut after = before;
             after[corner.slot()] = position;
-            if turns(before, after) || is_worse_sliver(before, after) {
+            if turns(before, after, metric.space.turn_cosine) || is_worse_sliver(before, after) {
                 return false;
             }
             let wedges = topology.wedges(triangle);

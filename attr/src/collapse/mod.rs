@@ -7,6 +7,7 @@
 //! wedges forbids a collapse.
 
 mod legal;
+mod volume;
 
 use glam::DVec3;
 
@@ -16,6 +17,7 @@ use crate::metric::Metric;
 use crate::quadric::{self, PointQuadric};
 use crate::solve::minimize;
 use crate::topology::Topology;
+pub(crate) use volume::Plane;
 
 /// Pull towards the edge's midpoint, as a share of the merged weight: it keeps a flat patch
 /// solvable.
@@ -46,6 +48,8 @@ pub(crate) struct Plan {
     /// Cost as a function of position.
     total: PointQuadric,
     weight: f64,
+    /// Where the volume is kept, if it is to be.
+    volume: Option<Plane>,
     slots: Marks,
     counts: [Marks; 2],
     near: [Vec<PointId>; 2],
@@ -77,6 +81,7 @@ impl Plan {
             areas: [0.0; 2],
             total: PointQuadric::default(),
             weight: 0.0,
+            volume: None,
             slots: Marks::new(wedges),
             counts: [Marks::new(points), Marks::new(points)],
             near: [Vec::new(), Vec::new()],
@@ -105,6 +110,7 @@ impl Plan {
     ) -> f64 {
         if let [Some(a), Some(b)] = points.map(|point| topology.sole_wedge(point)) {
             self.points = points;
+            self.volume = None;
             let (a, b) = (metric.quadric(a), metric.quadric(b));
             self.total = quadric::reduce_sum(a, b);
             points.iter().for_each(|&point| self.total.add(&metric.constraints[point]));
@@ -128,6 +134,10 @@ impl Plan {
         self.collect(topology, metric);
         self.unify(topology);
         self.sum(metric);
+        let triangles = self.surviving.iter().map(|corner| corner.triangle());
+        let around = triangles.chain(self.vanishing.iter().copied());
+        let corners = around.map(|t| topology.points(t).map(|point| metric.positions[point]));
+        self.volume = if metric.space.keep_volume { Plane::of_equal_volume(corners) } else { None };
     }
 
     fn collect(&mut self, topology: &Topology, metric: &Metric) {
@@ -225,14 +235,15 @@ impl Plan {
     }
 
     /// The places worth trying: the minimizer if it lies near the edge, then both ends and the
-    /// midpoint.
+    /// midpoint; all of them moved to where the volume is kept, if it is to be.
     fn places(&self, metric: &Metric) -> [Option<DVec3>; 4] {
         let [a, b] = self.points.map(|point| metric.positions[point]);
         let middle = (a + b) / 2.0;
         let reach = REACH * REACH * a.distance_squared(b);
-        let best = minimize(&self.total, middle, PULL * self.weight)
+        let best = minimize(&self.total, middle, PULL * self.weight, self.volume)
             .filter(|best| best.distance_squared(middle) <= reach);
-        [best, Some(a), Some(b), Some(middle)]
+        let keep = |place| Some(self.volume.map_or(place, |plane| plane.foot(place)));
+        [best, keep(a), keep(b), keep(middle)]
     }
 
     /// Fills the rows of the merged wedges with their best attributes at `position`.
@@ -322,6 +333,7 @@ mod tests {
     use crate::Mesh;
     use crate::metric::Weights;
     use crate::space::Space;
+    use crate::stage::Stage;
     use crate::testing::{grid, sphere};
 
     fn of(mesh: &Mesh) -> Topology {
@@ -329,8 +341,8 @@ mod tests {
     }
 
     fn plan(mesh: &Mesh, points: [u32; 2]) -> (Topology, Metric, Plan) {
-        let (topology, metric) =
-            (of(mesh), Metric::new(mesh, &Arc::new(Space::new(mesh, Weights::default()))));
+        let space = Arc::new(Space::new(mesh, Weights::default()));
+        let (topology, metric) = (of(mesh), Stage::new(mesh, &space).metric);
         let mut plan = Plan::new(mesh.positions.len(), mesh.wedge_points.len());
         plan.set(&topology, &metric, points.map(PointId));
         (topology, metric, plan)

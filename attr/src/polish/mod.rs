@@ -12,7 +12,7 @@
 //! over samples s of the source, with the nearest point of the level at barycentrics b, and the
 //! other way round. n is the normal of the face that was found, so a sample may slide along it.
 //!
-//! Guaranteed: no triangle turns by more than 75°, gets thinner than the descent allows or changes
+//! Guaranteed: no triangle turns by more than the options allow, gets thinner than the descent allows or changes
 //! the sign of its UV area; points of borders and of edges with more than two triangles stay, and so do
 //! locked ones; the
 //! same bits at any thread count. Not guaranteed: that each single distance falls.
@@ -24,6 +24,7 @@ mod sheet;
 mod system;
 #[cfg(test)]
 mod tests;
+mod volume;
 
 use std::sync::Arc;
 
@@ -77,6 +78,16 @@ pub struct Polish {
     pub attribute_damping: f64,
 }
 
+/// What holds still, and how far the rest may turn.
+pub(crate) struct Guards<'a> {
+    /// One per point, or empty: a locked point holds still, and so do its wedges.
+    pub(crate) locked: &'a [bool],
+    /// The cosine of the largest angle that a triangle may turn by.
+    pub(crate) turn_cosine: f64,
+    /// Whether the volume stays what it is.
+    pub(crate) keep_volume: bool,
+}
+
 impl Default for Polish {
     fn default() -> Self {
         Self { rounds: 3, density: 10.0, damping: 0.02, attribute_damping: 0.005 }
@@ -91,6 +102,21 @@ impl Polish {
         (self.density * (few as f64 + more)).ceil() as usize
     }
 
+    /// Fits the positions and attributes of `level` to `source`, in the same units and layout.
+    pub(crate) fn fit(&self, source: &Source<'_>, level: &mut Mesh, guards: &Guards<'_>) {
+        let count = self.samples(level.triangles.len());
+        let (neighbors, descended) = (neighbors(level), Descended::new(level, guards));
+        let mut pairs = Pairs::new(source, &Sheet::new(level, Arc::clone(&neighbors)), count);
+        for _ in 0..self.rounds {
+            let sheet = Sheet::new(level, Arc::clone(&neighbors));
+            level.positions =
+                positions::fit(&source.sheet, &sheet, &pairs, &descended, self.damping);
+            pairs = pairs.follow(source, &Sheet::new(level, Arc::clone(&neighbors)));
+        }
+        let damping = self.attribute_damping;
+        attributes::fit(source.sheet.mesh, level, pairs.all, guards.locked, damping);
+    }
+
     pub(crate) fn check(&self) -> Result<()> {
         let figures = [self.density, self.damping, self.attribute_damping];
         if figures.iter().any(|x| !x.is_finite() || *x < 0.0) {
@@ -99,19 +125,4 @@ impl Polish {
         }
         Ok(())
     }
-}
-
-/// Fits the positions and attributes of `level` to `source`, in the same units and layout. Points
-/// that are `locked` hold still, and so do their wedges; it may be empty.
-pub(crate) fn polish(source: &Source<'_>, level: &mut Mesh, locked: &[bool], options: &Polish) {
-    let count = options.samples(level.triangles.len());
-    let (neighbors, descended) = (neighbors(level), Descended::new(level, locked));
-    let mut pairs = Pairs::new(source, &Sheet::new(level, Arc::clone(&neighbors)), count);
-    for _ in 0..options.rounds {
-        let sheet = Sheet::new(level, Arc::clone(&neighbors));
-        level.positions =
-            positions::fit(&source.sheet, &sheet, &pairs, &descended, options.damping);
-        pairs = pairs.follow(source, &Sheet::new(level, Arc::clone(&neighbors)));
-    }
-    attributes::fit(source.sheet.mesh, level, pairs.all, locked, options.attribute_damping);
 }

@@ -3,9 +3,11 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
+use super::Guards;
 use super::pairs::Pairs;
 use super::sheet::Sheet;
 use super::system::{Element, Graph, Symmetric, System};
+use super::volume::restore;
 use crate::buckets::Buckets;
 use crate::edges::{EdgeKind, visit_edges};
 use crate::mesh::Mesh;
@@ -20,16 +22,19 @@ pub(super) struct Descended {
     graph: Graph,
     /// Per point: whether it may move.
     free: Vec<bool>,
+    turn_cosine: f64,
+    keep_volume: bool,
 }
 
 impl Descended {
-    /// `locked` holds one per point, or is empty.
-    pub(super) fn new(level: &Mesh, locked: &[bool]) -> Self {
+    pub(super) fn new(level: &Mesh, guards: &Guards<'_>) -> Self {
         let triangles = (0..level.triangles.len()).map(|t| level.triangle_points(t).map(|p| p.0));
         Self {
             positions: level.positions.clone(),
             graph: Graph::new(triangles.collect(), level.positions.len()),
-            free: free_points(level, locked),
+            free: free_points(level, guards.locked),
+            turn_cosine: guards.turn_cosine,
+            keep_volume: guards.keep_volume,
         }
     }
 }
@@ -43,7 +48,7 @@ pub(super) fn fit(
     damping: f64,
 ) -> Vec<Vec3> {
     let mesh = level.mesh;
-    let Descended { positions, graph, free } = descended;
+    let Descended { graph, free, .. } = descended;
     let by_triangle =
         Buckets::new(pairs.all.iter().map(|pair| pair.level.triangle.0), mesh.triangles.len());
     let (elements, right): (Vec<_>, Vec<_>) = (0..mesh.triangles.len())
@@ -59,7 +64,12 @@ pub(super) fn fit(
     let moves = system.solve(&graph.sum_corners(&right), free, ITERATIONS, TOLERANCE);
     let moved =
         mesh.positions.iter().zip(&moves).map(|(p, by)| (p.as_dvec3() + *by).as_vec3()).collect();
-    keep_shape(mesh, positions, moved)
+    let moved = keep_shape(mesh, descended, moved);
+    if descended.keep_volume {
+        keep_shape(mesh, descended, restore(mesh, moved, free))
+    } else {
+        moved
+    }
 }
 
 /// A distance to a plane, felt by the corners of one triangle of the level.
@@ -111,12 +121,14 @@ fn free_points(mesh: &Mesh, locked: &[bool]) -> Vec<bool> {
 
 /// `moved` without the points of every triangle that would turn or become a sliver, as seen from
 /// where the descent left it; those stay where the last round left them.
-fn keep_shape(level: &Mesh, descended: &[Vec3], mut moved: Vec<Vec3>) -> Vec<Vec3> {
+fn keep_shape(level: &Mesh, descended: &Descended, mut moved: Vec<Vec3>) -> Vec<Vec3> {
     loop {
         let is_bad = |&triangle: &usize| {
             let points = level.triangle_points(triangle);
             let at = |positions: &[Vec3]| points.map(|p| positions[p.index()].as_dvec3());
-            let (first, before, after) = (at(descended), at(&level.positions), at(&moved));
+            let (first, before, after) =
+                (at(&descended.positions), at(&level.positions), at(&moved));
+            let turns = |before, after| turns(before, after, descended.turn_cosine);
             before != after && (turns(first, after) || is_worse_sliver(first, after))
         };
         let bad: Vec<usize> = (0..level.triangles.len()).into_par_iter().filter(is_bad).collect();

@@ -21,7 +21,8 @@ fn descend(mesh: &Mesh, share: f64) -> Vec<Level> {
 
 fn polished(mesh: &Mesh, levels: &[Level]) -> Vec<Level> {
     let mut levels = levels.to_vec();
-    polish_chain(mesh, &mut levels, &Polish::default(), &AtomicUsize::new(0)).unwrap();
+    let (options, polish) = (Options::default(), Polish::default());
+    polish_chain(mesh, &mut levels, &options, &polish, &AtomicUsize::new(0)).unwrap();
     levels
 }
 
@@ -96,13 +97,14 @@ fn a_level_that_lost_nothing_stays_as_it_is() {
 #[test]
 fn figures_that_make_no_sense_are_refused() {
     let mesh = sphere(8);
-    for options in [
+    for polish in [
         Polish { density: -1.0, ..Polish::default() },
         Polish { damping: f64::NAN, ..Polish::default() },
         Polish { attribute_damping: f64::INFINITY, ..Polish::default() },
     ] {
         let mut levels = descend(&mesh, 0.5);
-        assert!(polish_chain(&mesh, &mut levels, &options, &AtomicUsize::new(0)).is_err());
+        let (options, done) = (Options::default(), AtomicUsize::new(0));
+        assert!(polish_chain(&mesh, &mut levels, &options, &polish, &done).is_err());
     }
 }
 
@@ -123,7 +125,7 @@ proptest! {
         prop_assert!(after.attributes.iter().all(|a| a.is_finite()));
         for t in 0..before.triangles.len() {
             let at = |mesh: &Mesh| -> [DVec3; 3] { mesh.triangle_positions(t).map(Vec3::as_dvec3) };
-            prop_assert!(at(&before) == at(&after) || !turns(at(&before), at(&after)));
+            prop_assert!(at(&before) == at(&after) || !turns(at(&before), at(&after), 75f64.to_radians().cos()));
             let uv = |mesh: &Mesh| -> [DVec2; 3] { mesh.triangles[t].map(|w| mesh.uv(w, 0).as_dvec2()) };
             prop_assert!(!folds(uv(&before), uv(&after)));
         }

@@ -179,10 +179,11 @@ pub(crate) fn chains(recipe: &Recipe) -> Option<(Mesh, [Vec<Level>; 2])> {
     }
     let count = mesh.triangles.len() as f64;
     let targets: Vec<usize> = recipe.shares.iter().map(|s| (s * count) as usize).collect();
-    let done = AtomicUsize::new(0);
-    let levels = simplify_chain(&mesh, &targets, &Options::default(), &done).expect("levels");
+    let (options, done) = (Options::default(), AtomicUsize::new(0));
+    let levels = simplify_chain(&mesh, &targets, &options, &done).expect("levels");
     let mut polished = levels.clone();
-    polish_chain(&mesh, &mut polished, &Polish::default(), &done).expect("polished levels");
+    let polish = Polish::default();
+    polish_chain(&mesh, &mut polished, &options, &polish, &done).expect("polished levels");
     Some((mesh, [levels, polished]))
 }
 
