@@ -96,6 +96,9 @@ fn the_options_of_the_design_are_there() {
         "--triangles",
         "--max-error",
         "--max-turn",
+        "--keep-volume",
+        "--importance-map",
+        "--view-from",
         "--no-polish",
         "--textures",
         "--no-evaluate",
@@ -299,6 +302,11 @@ fn a_command_that_makes_no_sense_exits_with_2() {
         "bake a.glb -o out --max-error nan",
         "bake a.glb -o out --max-turn 0",
         "bake a.glb -o out --max-turn 120",
+        "bake a.glb -o out --view-from 1,2",
+        "bake a.glb -o out --view-from 1,2,3 --view-cosine 2",
+        "bake a.glb -o out --view-from 1,2,3 --view-along 1,2,3",
+        "bake a.glb -o out --curvature-weight=-1",
+        "bake a.glb -o out --keep-volume --placement ends",
         "bake a.glb -o out --no-such-option",
     ] {
         let ran = stage.run(&arguments.split_whitespace().collect::<Vec<_>>());

@@ -134,7 +134,9 @@ fn restore_locked(level: &mut Level, source: &Mesh, locked: &[bool]) {
     }
     let len = level.mesh.layout.len();
     for (wedge, &stands_for) in level.wedge_sources.iter().enumerate() {
-        if locked[level.mesh.wedge_points[wedge].index()] {
+        let point = level.mesh.wedge_points[wedge];
+        let is_own = source.wedge_points[stands_for] == level.point_sources[point];
+        if locked[point.index()] && is_own {
             level.mesh.attributes[wedge * len..][..len].copy_from_slice(source.row(stands_for));
         }
     }

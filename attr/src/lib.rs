@@ -56,7 +56,7 @@ pub use id::{CornerId, PointId, TriangleId, WedgeId};
 pub use importance::{Eye, View, curvature_importance, view_importance};
 pub use mesh::{Layout, Mesh};
 pub use metric::Weights;
-pub use options::Options;
+pub use options::{Cost, Options, Placement};
 pub use polish::Polish;
 pub use quadric::{Gradient, PointQuadric};
 pub use sample::{Sample, sample_surface};

@@ -5,17 +5,45 @@ use crate::id::PointId;
 use crate::mesh::Mesh;
 use crate::metric::Weights;
 
+/// What orders collapses.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Cost {
+    /// The generalized quadric, and what a collapse exposes.
+    #[default]
+    Quadric,
+    /// The squared length of the edge, as a baseline to compare with.
+    EdgeLength,
+}
+
+/// Where a merged point goes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Placement {
+    /// Where it costs least.
+    #[default]
+    Best,
+    /// To the cheaper end of the edge, with its attributes: all points and, but where a seam ends, all
+    /// wedges of a level are the source's to the bit, and a polish leaves them alone.
+    Ends,
+    /// To the middle of the edge, as a baseline to compare with.
+    Middle,
+}
+
 /// Options of a simplification.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options<'a> {
     /// Weights of the metric.
     pub weights: Weights,
+    /// What orders collapses.
+    pub cost: Cost,
+    /// Where merged points go.
+    pub placement: Placement,
     /// No collapse may have an error above this, in the units of the mesh.
     pub max_error: Option<f64>,
     /// No collapse may turn a triangle by more than this, in degrees above 0 and up to 90, nor may a
     /// polish, seen from the level that it is given.
     pub max_turn: f64,
-    /// Place merged points where the enclosed volume stays what it is, in the descent and in the polish.
+    /// Place merged points where the enclosed volume stays what it is, in the descent and in the polish;
+    /// only with the best placement.
     pub keep_volume: bool,
     /// One per point, or empty if all count alike: what the costs around it are multiplied by, 0 or more.
     /// See [`view_importance`](crate::view_importance) and
@@ -30,6 +58,8 @@ impl Default for Options<'_> {
     fn default() -> Self {
         Self {
             weights: Weights::default(),
+            cost: Cost::default(),
+            placement: Placement::default(),
             max_error: None,
             max_turn: 75.0,
             keep_volume: false,
@@ -47,6 +77,9 @@ impl Options<'_> {
 
     /// One per point of a level that stands for `sources`: whether it is locked. Empty if none is.
     pub(crate) fn locked_of(&self, sources: &[PointId]) -> Vec<bool> {
+        if self.placement == Placement::Ends {
+            return vec![true; sources.len()];
+        }
         if self.locked.is_empty() {
             return Vec::new();
         }
@@ -61,6 +94,10 @@ impl Options<'_> {
         }
         if !(self.max_turn > 0.0 && self.max_turn <= 90.0) {
             let what = "a turn must be above 0 and at most 90 degrees".into();
+            return Err(Error::Options { what });
+        }
+        if self.keep_volume && self.placement != Placement::Best {
+            let what = "the volume can only be kept with the best placement".into();
             return Err(Error::Options { what });
         }
         if self.importance.iter().any(|x| !x.is_finite() || *x < 0.0) {
@@ -181,6 +218,48 @@ mod tests {
         );
         let polished = polished(&mesh, level, &kept);
         assert!(off(&polished) < 1e-5, "{}", off(&polished));
+    }
+
+    #[test]
+    fn the_ends_placement_keeps_vertices_of_the_source_to_the_bit() {
+        let mesh = sphere(24);
+        let options = Options { placement: Placement::Ends, ..Options::default() };
+        let level = chain(&mesh, 200, &options);
+        assert!(level.mesh.triangles.len() <= 200);
+        let kept = |level: &Level| {
+            let own = |wedge: usize| {
+                let (id, source) = (crate::WedgeId::new(wedge), level.wedge_sources[wedge]);
+                let point = level.point_sources[level.mesh.wedge_points[wedge]];
+                level.mesh.row(id) == mesh.row(source) && mesh.wedge_points[source] == point
+            };
+            let rows = (0..level.wedge_sources.len()).filter(|&wedge| own(wedge)).count();
+            rows as f64 / level.wedge_sources.len() as f64
+        };
+        for level in [&level, &polished(&mesh, level.clone(), &options)] {
+            for (p, &source) in level.mesh.positions.iter().zip(&level.point_sources) {
+                assert_eq!(*p, mesh.positions[source]);
+            }
+            assert!(kept(level) > 0.95, "{}", kept(level));
+        }
+    }
+
+    #[test]
+    fn edge_lengths_leave_no_short_edges_and_quadrics_lie_nearer() {
+        let mesh = surface(30, |x, y| Vec3::new(x, y, 0.1 * (9.0 * x).sin() * (7.0 * y).cos()));
+        let with =
+            |cost, placement| chain(&mesh, 300, &Options { cost, placement, ..Options::default() });
+        let shortest = |level: &Level| {
+            let triangles =
+                (0..level.mesh.triangles.len()).map(|t| level.mesh.triangle_positions(t));
+            triangles
+                .flat_map(|[a, b, c]| [a.distance(b), b.distance(c), c.distance(a)])
+                .fold(f32::MAX, f32::min)
+        };
+        let quadric = with(Cost::Quadric, Placement::Best);
+        let length = with(Cost::EdgeLength, Placement::Middle);
+        assert!(length.mesh.triangles.len() <= 300);
+        assert!(shortest(&length) > 1.5 * shortest(&quadric));
+        assert!(length.error > 2.0 * quadric.error, "{} {}", length.error, quadric.error);
     }
 
     #[test]

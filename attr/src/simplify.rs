@@ -8,6 +8,7 @@ use crate::id::{EdgeId, PointId, TriangleId, WedgeId};
 use crate::marks::Marks;
 use crate::mesh::{Layout, Mesh};
 use crate::metric::Metric;
+use crate::options::Cost;
 use crate::queue::Queue;
 use crate::rank::{edge_bounds, rank_all, triangle_bounds};
 use crate::shell::{measure, small_shell};
@@ -42,7 +43,8 @@ impl std::fmt::Display for Stop {
 ///
 /// An edge waits under the cost it had when it was last looked at. Quadrics only grow, so that cost
 /// is a lower bound of what the edge costs by now, and looking again when its turn comes is enough
-/// to keep the order: a collapse leaves its neighbors alone.
+/// to keep the order: a collapse leaves its neighbors alone. Lengths may shrink, so where they order
+/// collapses the edges around each are queued anew.
 pub(crate) struct Descent<'a> {
     source: &'a Mesh,
     layout: Layout,
@@ -84,7 +86,10 @@ impl<'a> Descent<'a> {
         let topology = Topology::new(stage.triangles, stage.wedge_points, points);
         stage.metric.space.lock(&stage.point_sources, &mut locked);
         let held = locked.iter().filter(|locked| **locked).count();
-        let bounds = edge_bounds(&topology, &stage.bounds);
+        let bounds = match stage.metric.space.cost {
+            Cost::Quadric => edge_bounds(&topology, &stage.bounds),
+            Cost::EdgeLength => vec![0.0; topology.edge_count()],
+        };
         Self {
             source,
             layout: source.layout,
@@ -180,8 +185,7 @@ impl<'a> Descent<'a> {
     fn collapse(&mut self, edge: EdgeId, turn: f64) -> Result<usize, Stop> {
         let Some(points) = self.topology.ends(edge) else { return Ok(0) };
         let price = self.plan.price(&self.topology, &self.metric, points);
-        if self.queue.has_cheaper(turn * price) {
-            self.queue.push(price, edge.0);
+        if self.must_wait(edge, price, turn) {
             return Ok(0);
         }
         self.plan.set(&self.topology, &self.metric, points);
@@ -189,10 +193,11 @@ impl<'a> Descent<'a> {
             return Ok(0);
         }
         let cheapest = self.plan.cheapest(&self.metric);
+        let by_length = self.metric.space.cost == Cost::EdgeLength;
         if let Some(Candidate { cost, .. }) = cheapest
-            && self.queue.has_cheaper(turn * cost)
+            && !by_length
+            && self.must_wait(edge, cost, turn)
         {
-            self.queue.push(cost, edge.0);
             return Ok(0);
         }
         let legal = cheapest.filter(|_| self.plan.keeps_topology(&self.topology));
@@ -203,8 +208,7 @@ impl<'a> Descent<'a> {
             self.reject(price, edge, points[0]);
             return Ok(0);
         };
-        if self.queue.has_cheaper(turn * cost) {
-            self.queue.push(cost, edge.0);
+        if !by_length && self.must_wait(edge, cost, turn) {
             return Ok(0);
         }
         self.charge(cost, self.plan.weight())?;
@@ -213,6 +217,15 @@ impl<'a> Descent<'a> {
         self.plan.apply(&mut self.topology, &mut self.metric, position);
         self.retry_around(points[0]);
         Ok(before - self.triangles())
+    }
+
+    /// Queues an edge again if something that waits costs less than the share `turn` of its cost.
+    fn must_wait(&mut self, edge: EdgeId, cost: f64, turn: f64) -> bool {
+        let waits = self.queue.has_cheaper(turn * cost);
+        if waits {
+            self.queue.push(cost, edge.0);
+        }
+        waits
     }
 
     /// Raises the error to that of a collapse, unless it passes the limit.
@@ -245,7 +258,7 @@ impl<'a> Descent<'a> {
         self.rejected.push((price, edge));
         if let Some(shell) = small_shell(&self.topology, point, &mut self.counts) {
             let (area, radius) = measure(&shell, &self.topology, &self.metric);
-            let cost = self.importance(point) * area * radius * radius;
+            let cost = self.shell_cost(self.importance(point) * area, radius);
             self.queue.push(cost, self.topology.edge_count() as u32 + point.0);
         }
     }
@@ -255,10 +268,20 @@ impl<'a> Descent<'a> {
         self.metric.space.importance(self.point_sources[point])
     }
 
-    /// Queues the edges at a point again that were put aside.
+    /// What orders the end of a shell among the edges.
+    fn shell_cost(&self, area: f64, radius: f64) -> f64 {
+        match self.metric.space.cost {
+            Cost::Quadric => area * radius * radius,
+            Cost::EdgeLength => 4.0 * radius * radius,
+        }
+    }
+
+    /// Queues the edges at a point again that were put aside, and all of them if they may have become
+    /// cheaper.
     fn retry_around(&mut self, point: PointId) {
+        let any = self.metric.space.cost == Cost::EdgeLength;
         for edge in self.topology.edges(point) {
-            if std::mem::take(&mut self.aside[edge])
+            if (std::mem::take(&mut self.aside[edge]) || any)
                 && let Some(points) = self.topology.ends(edge)
             {
                 let price = self.plan.price(&self.topology, &self.metric, points);
@@ -288,12 +311,12 @@ impl<'a> Descent<'a> {
         }
         let (area, radius) = measure(&shell, &self.topology, &self.metric);
         let area = self.importance(point) * area;
-        let cost = area * radius * radius;
+        let cost = self.shell_cost(area, radius);
         if self.queue.has_cheaper(turn * cost) {
             self.queue.push(cost, self.topology.edge_count() as u32 + point.0);
             return Ok(0);
         }
-        self.charge(cost, area)?;
+        self.charge(area * radius * radius, area)?;
         for &triangle in &shell {
             self.topology.remove(triangle);
         }

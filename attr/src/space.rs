@@ -12,7 +12,7 @@ use rustc_hash::FxHashMap;
 use crate::id::PointId;
 use crate::mesh::Mesh;
 use crate::metric::Weights;
-use crate::options::Options;
+use crate::options::{Cost, Options, Placement};
 use crate::quadric::MAX_ATTRIBUTES;
 
 /// An attribute that is to count for nothing, or a UV set without area, still gets this scale: far
@@ -33,6 +33,8 @@ pub(crate) struct Space {
     /// The cosine of the largest angle that a collapse may turn a triangle by.
     pub(crate) turn_cosine: f64,
     pub(crate) keep_volume: bool,
+    pub(crate) cost: Cost,
+    pub(crate) placement: Placement,
     /// Per point of the mesh: what the costs around it are multiplied by. Empty if all count alike.
     importance: Vec<f32>,
     /// Per point of the mesh: whether the user locked it. Empty if none is.
@@ -56,6 +58,8 @@ impl Space {
             weights,
             turn_cosine: options.turn_cosine(),
             keep_volume: options.keep_volume,
+            cost: options.cost,
+            placement: options.placement,
             importance: options.importance.to_vec(),
             locked: options.locked.to_vec(),
         }

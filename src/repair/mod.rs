@@ -12,7 +12,7 @@
 
 mod exr_file;
 mod layers;
-mod picture;
+pub(crate) mod picture;
 mod report;
 mod sources;
 

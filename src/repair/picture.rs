@@ -24,16 +24,16 @@ const TOLERANCE: f32 = 0.5 / 255.0;
 const LOSSY_TOLERANCE: f32 = 3.5 / 255.0;
 
 /// A picture as its file holds it.
-pub(super) struct Picture {
+pub(crate) struct Picture {
     /// Its texels.
-    pub(super) texels: DynamicImage,
+    pub(crate) texels: DynamicImage,
     /// What its numbers mean as colors (an ICC profile), passed on.
     profile: Option<Vec<u8>>,
 }
 
 impl Picture {
     /// Reads a picture of any format that its first bytes tell.
-    pub(super) fn read(path: &Path) -> Result<Self> {
+    pub(crate) fn read(path: &Path) -> Result<Self> {
         let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
         let invalid =
             |error: ImageError| Error::invalid(path.display().to_string(), error.to_string());

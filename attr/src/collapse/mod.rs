@@ -7,6 +7,7 @@
 //! wedges forbids a collapse.
 
 mod legal;
+mod place;
 mod volume;
 
 use glam::DVec3;
@@ -14,16 +15,10 @@ use glam::DVec3;
 use crate::id::{CornerId, PointId, TriangleId, WedgeId};
 use crate::marks::Marks;
 use crate::metric::Metric;
+use crate::options::Cost;
 use crate::quadric::{self, PointQuadric};
-use crate::solve::minimize;
 use crate::topology::Topology;
 pub(crate) use volume::Plane;
-
-/// Pull towards the edge's midpoint, as a share of the merged weight: it keeps a flat patch
-/// solvable.
-const PULL: f64 = 1e-4;
-/// A placement farther from the midpoint than this many edge lengths is no placement.
-const REACH: f64 = 2.0;
 
 /// The merged wedges of a collapse and the quadrics they add up to. Reused from one collapse to
 /// the next, so that evaluating one allocates nothing.
@@ -100,14 +95,18 @@ impl Plan {
         self.weight
     }
 
-    /// What collapsing the edge between two points costs by their quadrics, wherever the merged point
-    /// goes. Knows no stars where both points have one wedge: nothing else is in the sum then.
+    /// What collapsing the edge between two points costs at least: by their quadrics, wherever the
+    /// merged point goes, or the squared length of the edge if that is to order collapses. Knows no stars where both points have one wedge: nothing else is in the sum then.
     pub(crate) fn price(
         &mut self,
         topology: &Topology,
         metric: &Metric,
         points: [PointId; 2],
     ) -> f64 {
+        if metric.space.cost == Cost::EdgeLength {
+            let [a, b] = points.map(|point| metric.positions[point]);
+            return a.distance_squared(b);
+        }
         if let [Some(a), Some(b)] = points.map(|point| topology.sole_wedge(point)) {
             self.points = points;
             self.volume = None;
@@ -232,38 +231,6 @@ impl Plan {
     fn merged(&self, wedge: WedgeId) -> usize {
         let slot = self.slots.get(wedge.index()).expect("a wedge of either point");
         self.merged_of[slot as usize] as usize
-    }
-
-    /// The places worth trying: the minimizer if it lies near the edge, then both ends and the
-    /// midpoint; all of them moved to where the volume is kept, if it is to be.
-    fn places(&self, metric: &Metric) -> [Option<DVec3>; 4] {
-        let [a, b] = self.points.map(|point| metric.positions[point]);
-        let middle = (a + b) / 2.0;
-        let reach = REACH * REACH * a.distance_squared(b);
-        let best = minimize(&self.total, middle, PULL * self.weight, self.volume)
-            .filter(|best| best.distance_squared(middle) <= reach);
-        let keep = |place| Some(self.volume.map_or(place, |plane| plane.foot(place)));
-        [best, keep(a), keep(b), keep(middle)]
-    }
-
-    /// Fills the rows of the merged wedges with their best attributes at `position`.
-    fn place_attributes(&mut self, metric: &Metric, position: DVec3) {
-        let (stride, attributes) = (quadric::stride(metric.attributes), metric.attributes);
-        self.row.clear();
-        for &member in &self.members {
-            self.row.extend_from_slice(metric.row(member));
-        }
-        if attributes == 0 {
-            return;
-        }
-        let rows = self.row.chunks_exact_mut(attributes);
-        for (row, packed) in rows.zip(self.quadrics.chunks_exact(stride)) {
-            quadric::best_attributes(packed, position, row);
-        }
-    }
-
-    fn placed_row(&self, metric: &Metric, wedge: WedgeId) -> &[f64] {
-        &self.row[self.merged(wedge) * metric.attributes..][..metric.attributes]
     }
 
     /// Does the collapse: the second point merges into the first, at `position`. A merged wedge

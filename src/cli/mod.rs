@@ -1,18 +1,20 @@
 //! What the user typed. No work is done here.
 
+mod steering;
+
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use seamwise::certificate::Screen;
-use seamwise::error::{Error, Result};
+use seamwise::error::Result;
 use seamwise::evaluate;
 use seamwise::evaluate::scene::Mode;
 use seamwise::options::{BakeOptions, ReportOptions, Targets, Textures};
 use seamwise::repair::{Background, MeshOptions, RepairOptions};
-use seamwise::steering::Steering;
 use seamwise_attr::Polish;
 use seamwise_texture::Role;
+use steering::SteeringArgs;
 
 /// Levels of detail for textured glTF that still look like the original, and atlases that do not
 /// bleed.
@@ -92,38 +94,6 @@ pub(crate) struct BakeArgs {
     threads_report: bool,
     #[command(flatten)]
     steering: SteeringArgs,
-}
-
-/// Options of `seamwise bake` that steer the descent.
-#[derive(Debug, Args)]
-#[command(next_help_heading = "Steering the descent")]
-struct SteeringArgs {
-    /// Stop before an error above this, in the units of the scene.
-    #[arg(long, value_name = "E")]
-    max_error: Option<f64>,
-    /// Turn no triangle by more than this in any collapse.
-    #[arg(long, default_value_t = Steering::default().max_turn, value_name = "DEGREES")]
-    max_turn: f64,
-    /// Leave all points of this material as they are; may be given more than once.
-    #[arg(long, value_name = "NAME")]
-    lock_material: Vec<String>,
-    /// Leave all points as they are where this vertex attribute, of one component, is above 0.5.
-    #[arg(long, value_name = "NAME")]
-    lock_attribute: Option<String>,
-}
-
-impl SteeringArgs {
-    /// What these arguments mean.
-    fn resolve(&self) -> Result<Steering> {
-        let steering = Steering {
-            max_error: self.max_error,
-            max_turn: self.max_turn,
-            lock_materials: self.lock_material.clone(),
-            lock_attribute: self.lock_attribute.clone(),
-        };
-        steering.check()?;
-        Ok(steering)
-    }
 }
 
 /// Reads `1920x1080`.

@@ -1,0 +1,128 @@
+//! What `seamwise bake` may be told of the descent.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use glam::DVec3;
+
+use seamwise::error::Result;
+use seamwise::steering::{Importance, Order, Steering};
+use seamwise_attr::{Eye, Placement, View};
+
+/// Options of `seamwise bake` that steer the descent.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Steering the descent")]
+pub(super) struct SteeringArgs {
+    /// What a collapse costs.
+    #[arg(long, value_enum, default_value_t = CostName::Quadric)]
+    cost: CostName,
+    /// Where a merged point goes.
+    #[arg(long, value_enum, default_value_t = PlacementName::Best)]
+    placement: PlacementName,
+    /// Stop before an error above this, in the units of the scene.
+    #[arg(long, value_name = "E")]
+    max_error: Option<f64>,
+    /// Turn no triangle by more than this in any collapse.
+    #[arg(long, default_value_t = Steering::default().max_turn, value_name = "DEGREES")]
+    max_turn: f64,
+    /// Place merged points where the enclosed volume stays what it is.
+    #[arg(long)]
+    keep_volume: bool,
+    /// Leave all points of this material as they are; may be given more than once.
+    #[arg(long, value_name = "NAME")]
+    lock_material: Vec<String>,
+    /// Leave all points as they are where this vertex attribute, of one component, is above 0.5.
+    #[arg(long, value_name = "NAME")]
+    lock_attribute: Option<String>,
+    /// Multiply what it costs to change a vertex by this attribute of it, of one component, 0 or more.
+    #[arg(long, value_name = "NAME")]
+    importance_attribute: Option<String>,
+    /// The same by a picture over the first UV set: white counts ten times as much as middle gray,
+    /// black a tenth.
+    #[arg(long, value_name = "FILE")]
+    importance_map: Option<PathBuf>,
+    /// Keep more of what a camera at this place of the scene sees from its front.
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true)]
+    view_from: Option<DVec3>,
+    /// Keep more of what is seen from its front by who looks along this direction.
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true, conflicts_with = "view_from")]
+    view_along: Option<DVec3>,
+    /// How many times more it counts.
+    #[arg(long, default_value_t = 10.0, value_name = "W")]
+    view_weight: f64,
+    /// The least cosine between a normal and the direction to the eye that counts as front.
+    #[arg(long, default_value_t = 0.0, value_name = "G", allow_negative_numbers = true)]
+    view_cosine: f64,
+    /// Keep more where the surface bends: (1 + curvature by the model's radius) to this power.
+    #[arg(long, default_value_t = 0.0, value_name = "POWER")]
+    curvature_weight: f64,
+}
+
+impl SteeringArgs {
+    /// What these arguments mean.
+    pub(super) fn resolve(&self) -> Result<Steering> {
+        let steering = Steering {
+            order: match self.cost {
+                CostName::Quadric => Order::Quadric,
+                CostName::Geometry => Order::Geometry,
+                CostName::EdgeLength => Order::EdgeLength,
+            },
+            placement: match self.placement {
+                PlacementName::Best => Placement::Best,
+                PlacementName::Ends => Placement::Ends,
+                PlacementName::Middle => Placement::Middle,
+            },
+            max_error: self.max_error,
+            max_turn: self.max_turn,
+            keep_volume: self.keep_volume,
+            lock_materials: self.lock_material.clone(),
+            lock_attribute: self.lock_attribute.clone(),
+            importance: Importance {
+                attribute: self.importance_attribute.clone(),
+                map: self.importance_map.clone(),
+                view: self.view(),
+                curvature: self.curvature_weight,
+            },
+        };
+        steering.check()?;
+        Ok(steering)
+    }
+
+    fn view(&self) -> Option<View> {
+        let eye = self.view_from.map(Eye::At).or(self.view_along.map(Eye::Along))?;
+        Some(View { eye, cosine: self.view_cosine, weight: self.view_weight })
+    }
+}
+
+/// `--cost`.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum CostName {
+    /// Shape, texture, shading and vertex color, weighed together.
+    Quadric,
+    /// Shape alone, as a baseline.
+    Geometry,
+    /// The length of the edge, as a baseline.
+    EdgeLength,
+}
+
+/// `--placement`.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum PlacementName {
+    /// Where it costs least.
+    Best,
+    /// At the cheaper end of the edge: vertices are the source's, and a polish leaves them alone.
+    Ends,
+    /// In the middle of the edge, as a baseline.
+    Middle,
+}
+
+/// Reads `0,1.5,-2`.
+fn parse_vector(text: &str) -> std::result::Result<DVec3, String> {
+    let parts: Vec<f64> = text.split(',').filter_map(|x| x.trim().parse().ok()).collect();
+    match parts[..] {
+        [x, y, z] if text.matches(',').count() == 2 && parts.iter().all(|x| x.is_finite()) => {
+            Ok(DVec3::new(x, y, z))
+        }
+        _ => Err(format!("{text} is no place like 0,1.5,-2")),
+    }
+}

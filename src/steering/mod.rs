@@ -1,0 +1,222 @@
+//! What the user asks of the descent, as options and lists over the points of each mesh.
+
+mod importance;
+mod values;
+
+use glam::DMat4;
+use nalgebra::{Matrix3, Vector3};
+use rustc_hash::FxHashMap;
+use seamwise_attr::{Cost, Options, Placement, Weights};
+
+use crate::asset::Asset;
+use crate::error::{Error, Result};
+use crate::geometry::Geometry;
+use crate::nodes::world_nodes;
+pub use importance::Importance;
+use importance::Map;
+use values::{check_attribute, material, point_values, points_of};
+
+/// What orders the collapses.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Order {
+    /// What they cost in shape, texture, shading and vertex color.
+    #[default]
+    Quadric,
+    /// What they cost in shape alone.
+    Geometry,
+    /// The length of their edges.
+    EdgeLength,
+}
+
+/// What a descent is to keep to, beyond its targets.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Steering {
+    /// What orders the collapses.
+    pub order: Order,
+    /// Where merged points go.
+    pub placement: Placement,
+    /// No collapse may have an error above this, in the units of the scene.
+    pub max_error: Option<f64>,
+    /// No triangle may turn by more than this in a collapse, in degrees above 0 and up to 90.
+    pub max_turn: f64,
+    /// Whether the enclosed volume stays what it is.
+    pub keep_volume: bool,
+    /// Materials by name: the points of their triangles stay as they are, in descent and polish.
+    pub lock_materials: Vec<String>,
+    /// A vertex attribute of one component: points where it is above 0.5 stay as they are.
+    pub lock_attribute: Option<String>,
+    /// What counts more than the rest.
+    pub importance: Importance,
+}
+
+/// What is asked of one mesh.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct MeshSteering {
+    /// How much longer a length of the mesh gets in the scene, at most.
+    stretch: f64,
+    order: Order,
+    placement: Placement,
+    /// In the units of the mesh.
+    max_error: Option<f64>,
+    max_turn: f64,
+    keep_volume: bool,
+    /// One per point, or empty.
+    locked: Vec<bool>,
+    importance: Vec<f32>,
+}
+
+impl Default for Steering {
+    fn default() -> Self {
+        Self {
+            order: Order::default(),
+            placement: Placement::default(),
+            max_error: None,
+            max_turn: Options::default().max_turn,
+            keep_volume: false,
+            lock_materials: Vec::new(),
+            lock_attribute: None,
+            importance: Importance::default(),
+        }
+    }
+}
+
+impl Steering {
+    /// Checks that the figures make sense.
+    ///
+    /// # Errors
+    /// [`Error::Options`] if one does not.
+    pub fn check(&self) -> Result<()> {
+        let refuse = |what: &str| Err(Error::Options { what: what.into() });
+        if self.max_error.is_some_and(|error| error.is_nan() || error < 0.0) {
+            return refuse("the error limit must be 0 or more");
+        }
+        if !(self.max_turn > 0.0 && self.max_turn <= 90.0) {
+            return refuse("a turn must be above 0 and at most 90 degrees");
+        }
+        if self.keep_volume && self.placement != Placement::Best {
+            return refuse("the volume can only be kept with the best placement");
+        }
+        self.importance.check()
+    }
+
+    /// What is asked of each of the meshes.
+    ///
+    /// # Errors
+    /// [`Error::Options`] if a material or an attribute is named that is not there, with those
+    /// that are; [`Error::Io`] or [`Error::Invalid`] if a map can't be read.
+    pub(crate) fn resolve(
+        &self,
+        asset: &Asset,
+        geometries: &[Geometry],
+    ) -> Result<Vec<MeshSteering>> {
+        let materials = self.lock_materials.iter().map(|name| material(asset, name));
+        let materials = materials.collect::<Result<Vec<_>>>()?.concat();
+        for name in self.lock_attribute.iter().chain(&self.importance.attribute) {
+            check_attribute(geometries, name)?;
+        }
+        let map = self.importance.map.as_deref().map(Map::read).transpose()?;
+        let worlds = worlds(asset)?;
+        let steer = |geometry: &Geometry| {
+            let worlds = worlds.get(&geometry.mesh).map_or(&[][..], Vec::as_slice);
+            let stretch = largest_stretch(worlds);
+            Ok(MeshSteering {
+                stretch,
+                order: self.order,
+                placement: self.placement,
+                max_error: self.max_error.map(|error| error / stretch),
+                max_turn: self.max_turn,
+                keep_volume: self.keep_volume,
+                locked: self.locks(geometry, &materials)?,
+                importance: self.importance.of_points(geometry, map.as_ref(), worlds)?,
+            })
+        };
+        geometries.iter().map(steer).collect()
+    }
+
+    /// One per point: whether it is locked. Empty if nothing is.
+    fn locks(&self, geometry: &Geometry, materials: &[usize]) -> Result<Vec<bool>> {
+        let mesh = &geometry.welded.mesh;
+        let mut locked = Vec::new();
+        for (group, part) in (0..).zip(&geometry.parts) {
+            if part.primitive.material.is_some_and(|own| materials.contains(&own)) {
+                locked.resize(mesh.positions.len(), false);
+                for point in points_of(mesh, group) {
+                    locked[point] = true;
+                }
+            }
+        }
+        if let Some(name) = &self.lock_attribute {
+            for (point, value) in point_values(geometry, name)? {
+                locked.resize(mesh.positions.len(), false);
+                locked[point] |= value > 0.5;
+            }
+        }
+        Ok(locked)
+    }
+}
+
+impl MeshSteering {
+    /// The options of its descent and polish.
+    pub(crate) fn options(&self) -> Options<'_> {
+        let weights = match self.order {
+            Order::Quadric | Order::EdgeLength => Weights::default(),
+            Order::Geometry => Weights { uv: 0.0, normal: 0.0, color: 0.0, ..Weights::default() },
+        };
+        let cost = match self.order {
+            Order::Quadric | Order::Geometry => Cost::Quadric,
+            Order::EdgeLength => Cost::EdgeLength,
+        };
+        Options {
+            weights,
+            cost,
+            placement: self.placement,
+            max_error: self.max_error,
+            max_turn: self.max_turn,
+            keep_volume: self.keep_volume,
+            importance: &self.importance,
+            locked: &self.locked,
+        }
+    }
+
+    /// How much longer a length of the mesh gets in the scene, at most.
+    pub(crate) fn stretch(&self) -> f64 {
+        self.stretch
+    }
+}
+
+/// By mesh: where the nodes of the scene show it.
+fn worlds(asset: &Asset) -> Result<FxHashMap<usize, Vec<DMat4>>> {
+    let mut worlds: FxHashMap<usize, Vec<DMat4>> = FxHashMap::default();
+    for (node, world) in world_nodes(asset)? {
+        if let Some(mesh) = asset.reference(&format!("/nodes/{node}"), "mesh", "meshes")? {
+            worlds.entry(mesh).or_default().push(world);
+        }
+    }
+    Ok(worlds)
+}
+
+/// The largest singular value of the linear parts of transforms; 1 if none has a size.
+fn largest_stretch(worlds: &[DMat4]) -> f64 {
+    let stretch = |world: &DMat4| {
+        let columns = [world.x_axis, world.y_axis, world.z_axis];
+        let linear = Matrix3::from_columns(&columns.map(|c| Vector3::new(c.x, c.y, c.z)));
+        linear.singular_values().max()
+    };
+    let largest = worlds.iter().map(stretch).fold(0.0, f64::max);
+    if largest > 0.0 && largest.is_finite() { largest } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    #[test]
+    fn the_largest_stretch_is_along_the_longest_axis_of_any_node() {
+        let turn = DMat4::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 0.7);
+        let scaled = |scale: DVec3| turn * DMat4::from_scale(scale) * turn;
+        let worlds = [scaled(DVec3::new(2.0, -5.0, 1.0)), scaled(DVec3::splat(3.0))];
+        assert!((largest_stretch(&worlds) - 5.0).abs() < 1e-12);
+        assert_eq!(largest_stretch(&[DMat4::from_scale(DVec3::ZERO)]), 1.0);
+    }
+}
