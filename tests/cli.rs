@@ -96,6 +96,7 @@ fn the_options_of_the_design_are_there() {
         "--triangles",
         "--max-error",
         "--max-turn",
+        "--join-distance",
         "--keep-volume",
         "--importance-map",
         "--view-from",
@@ -306,6 +307,7 @@ fn a_command_that_makes_no_sense_exits_with_2() {
         "bake a.glb -o out --view-from 1,2,3 --view-cosine 2",
         "bake a.glb -o out --view-from 1,2,3 --view-along 1,2,3",
         "bake a.glb -o out --curvature-weight=-1",
+        "bake a.glb -o out --join-distance=-1",
         "bake a.glb -o out --keep-volume --placement ends",
         "bake a.glb -o out --no-such-option",
     ] {

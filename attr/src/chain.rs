@@ -56,7 +56,9 @@ pub fn simplify_chain(
     let max_error = options.max_error.map_or(f64::INFINITY, |limit| limit / space.unit);
     let begin = |ground: Ground<'_>, target: usize| {
         let stage = regions::descend(ground, mesh, target, max_error, removed);
-        Descent::new(mesh, stage, Vec::new(), max_error)
+        let mut descent = Descent::new(mesh, stage, Vec::new(), max_error);
+        descent.queue_pairs();
+        descent
     };
     let Some(&first) = targets.first() else { return Ok(Vec::new()) };
     let range = color_range(mesh);

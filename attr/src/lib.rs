@@ -36,7 +36,6 @@ mod ray;
 mod regions;
 mod sample;
 mod shape;
-mod shell;
 mod simplify;
 mod solve;
 mod space;

@@ -42,6 +42,9 @@ pub struct Options<'a> {
     /// No collapse may turn a triangle by more than this, in degrees above 0 and up to 90, nor may a
     /// polish, seen from the level that it is given.
     pub max_turn: f64,
+    /// Points of two shells nearer than this, in the units of the mesh, may merge at their cost by the
+    /// quadrics, as if there were an edge between them.
+    pub join_distance: Option<f64>,
     /// Place merged points where the enclosed volume stays what it is, in the descent and in the polish;
     /// only with the best placement.
     pub keep_volume: bool,
@@ -62,6 +65,7 @@ impl Default for Options<'_> {
             placement: Placement::default(),
             max_error: None,
             max_turn: 75.0,
+            join_distance: None,
             keep_volume: false,
             importance: &[],
             locked: &[],
@@ -94,6 +98,10 @@ impl Options<'_> {
         }
         if !(self.max_turn > 0.0 && self.max_turn <= 90.0) {
             let what = "a turn must be above 0 and at most 90 degrees".into();
+            return Err(Error::Options { what });
+        }
+        if self.join_distance.is_some_and(|x| !x.is_finite() || x < 0.0) {
+            let what = "the distance to join across must be finite and not negative".into();
             return Err(Error::Options { what });
         }
         if self.keep_volume && self.placement != Placement::Best {

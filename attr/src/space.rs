@@ -33,6 +33,8 @@ pub(crate) struct Space {
     /// The cosine of the largest angle that a collapse may turn a triangle by.
     pub(crate) turn_cosine: f64,
     pub(crate) keep_volume: bool,
+    /// Points of two shells nearer than this may meet; 0 if they may not.
+    pub(crate) join_distance: f64,
     pub(crate) cost: Cost,
     pub(crate) placement: Placement,
     /// Per point of the mesh: what the costs around it are multiplied by. Empty if all count alike.
@@ -58,6 +60,7 @@ impl Space {
             weights,
             turn_cosine: options.turn_cosine(),
             keep_volume: options.keep_volume,
+            join_distance: options.join_distance.unwrap_or(0.0) / unit,
             cost: options.cost,
             placement: options.placement,
             importance: options.importance.to_vec(),

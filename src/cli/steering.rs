@@ -25,6 +25,10 @@ pub(super) struct SteeringArgs {
     /// Turn no triangle by more than this in any collapse.
     #[arg(long, default_value_t = Steering::default().max_turn, value_name = "DEGREES")]
     max_turn: f64,
+    /// Let points of two shells meet that are nearer than this, in the units of the scene: cracks
+    /// close, and parts that touch go down as one.
+    #[arg(long, value_name = "D")]
+    join_distance: Option<f64>,
     /// Place merged points where the enclosed volume stays what it is.
     #[arg(long)]
     keep_volume: bool,
@@ -74,6 +78,7 @@ impl SteeringArgs {
             },
             max_error: self.max_error,
             max_turn: self.max_turn,
+            join_distance: self.join_distance,
             keep_volume: self.keep_volume,
             lock_materials: self.lock_material.clone(),
             lock_attribute: self.lock_attribute.clone(),

@@ -39,6 +39,8 @@ pub struct Steering {
     pub max_error: Option<f64>,
     /// No triangle may turn by more than this in a collapse, in degrees above 0 and up to 90.
     pub max_turn: f64,
+    /// Points of two shells nearer than this, in the units of the scene, may merge.
+    pub join_distance: Option<f64>,
     /// Whether the enclosed volume stays what it is.
     pub keep_volume: bool,
     /// Materials by name: the points of their triangles stay as they are, in descent and polish.
@@ -59,6 +61,8 @@ pub(crate) struct MeshSteering {
     /// In the units of the mesh.
     max_error: Option<f64>,
     max_turn: f64,
+    /// In the units of the mesh.
+    join_distance: Option<f64>,
     keep_volume: bool,
     /// One per point, or empty.
     locked: Vec<bool>,
@@ -72,6 +76,7 @@ impl Default for Steering {
             placement: Placement::default(),
             max_error: None,
             max_turn: Options::default().max_turn,
+            join_distance: None,
             keep_volume: false,
             lock_materials: Vec::new(),
             lock_attribute: None,
@@ -92,6 +97,9 @@ impl Steering {
         }
         if !(self.max_turn > 0.0 && self.max_turn <= 90.0) {
             return refuse("a turn must be above 0 and at most 90 degrees");
+        }
+        if self.join_distance.is_some_and(|x| !x.is_finite() || x < 0.0) {
+            return refuse("the distance to join across must be 0 or more");
         }
         if self.keep_volume && self.placement != Placement::Best {
             return refuse("the volume can only be kept with the best placement");
@@ -125,6 +133,7 @@ impl Steering {
                 placement: self.placement,
                 max_error: self.max_error.map(|error| error / stretch),
                 max_turn: self.max_turn,
+                join_distance: self.join_distance.map(|distance| distance / stretch),
                 keep_volume: self.keep_volume,
                 locked: self.locks(geometry, &materials)?,
                 importance: self.importance.of_points(geometry, map.as_ref(), worlds)?,
@@ -172,6 +181,7 @@ impl MeshSteering {
             placement: self.placement,
             max_error: self.max_error,
             max_turn: self.max_turn,
+            join_distance: self.join_distance,
             keep_volume: self.keep_volume,
             importance: &self.importance,
             locked: &self.locked,

@@ -81,8 +81,9 @@ impl Plan {
 
     /// Whether the surface stays a surface: the link condition (Dey et al., "Topology preserving
     /// edge contraction", 1999) over any number of triangles an edge, two outline points meet only
-    /// along an outline, and no triangle comes to lie on another. One change of topology is allowed: a
-    /// hole of three edges may close.
+    /// along an outline, and no triangle comes to lie on another. Two changes of topology are allowed: a
+    /// hole of three edges may close, and points without an edge between them may meet, where borders
+    /// that lead to a common neighbor become one edge.
     pub(crate) fn keeps_topology(&mut self, topology: &Topology) -> bool {
         for (side, point) in self.points.into_iter().enumerate() {
             topology.neighbors(point, &mut self.counts[side], &mut self.near[side]);
@@ -99,12 +100,14 @@ impl Plan {
         let both = |point: PointId| {
             Some((self.counts[0].get(point.index())?, self.counts[1].get(point.index())?))
         };
-        let mut bridges =
+        let bridges =
             self.near[1].iter().filter(|&&p| p != gone && !opposite(p)).filter_map(|&p| both(p));
-        let closes_hole = triangles == Some(1);
-        if bridges.next().is_some_and(|edges| !closes_hole || edges != (1, 1))
-            || bridges.next().is_some()
-        {
+        let most = match triangles {
+            None => 2,
+            Some(1) => 1,
+            Some(_) => 0,
+        };
+        if bridges.zip(1..).any(|(edges, count)| count > most || edges != (1, 1)) {
             return false;
         }
         !self.surviving.iter().any(|&corner| {

@@ -1,19 +1,23 @@
 //! The greedy descent: the cheapest collapse first, until a target is reached (Garland & Heckbert,
 //! "Surface simplification using quadric error metrics", SIGGRAPH 1997).
 
+mod pairs;
+mod shells;
+mod stages;
+
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::collapse::{Candidate, Plan};
-use crate::id::{EdgeId, PointId, TriangleId, WedgeId};
+use crate::id::{EdgeId, PointId, WedgeId};
 use crate::marks::Marks;
 use crate::mesh::{Layout, Mesh};
 use crate::metric::Metric;
 use crate::options::Cost;
 use crate::queue::Queue;
-use crate::rank::{edge_bounds, rank_all, triangle_bounds};
-use crate::shell::{measure, small_shell};
+use crate::rank::{edge_bounds, rank_all};
 use crate::stage::Stage;
 use crate::topology::Topology;
+use pairs::Pairs;
 
 /// Collapses that were found illegal are tried again each time the mesh has shrunk to this share
 /// of its size: what surrounded them has changed by then.
@@ -56,13 +60,14 @@ pub(crate) struct Descent<'a> {
     locked: Vec<bool>,
     /// How many of its points may move.
     free_points: usize,
-    /// Edges by their ids, and beyond those shells by one of their points.
+    /// Edges by their ids, beyond those shells by one of their points, and beyond those pairs.
     queue: Queue,
     /// Per edge: what it cost at least when this descent began, 0 if nobody had asked.
     bounds: Vec<f32>,
     /// Per edge: whether it was found illegal and waits for its surroundings to change.
     aside: Vec<bool>,
-    rejected: Vec<(f64, EdgeId)>,
+    rejected: Vec<(f64, u32)>,
+    pairs: Pairs,
     plan: Plan,
     counts: Marks,
     /// Per point and per wedge: the one of the source that it stands for.
@@ -101,6 +106,7 @@ impl<'a> Descent<'a> {
             free_points: points - held,
             aside: vec![false; topology.edge_count()],
             rejected: Vec::new(),
+            pairs: Pairs::default(),
             plan: Plan::new(points, wedges),
             counts: Marks::new(points),
             point_sources: stage.point_sources,
@@ -162,10 +168,11 @@ impl<'a> Descent<'a> {
                 self.retry_rejected();
                 continue;
             };
-            let edges = self.topology.edge_count() as u32;
-            let step = match item.checked_sub(edges) {
-                None => self.collapse(EdgeId(item), turn),
-                Some(point) => self.vanish(PointId(point), turn),
+            let (shells, pairs) = (self.first_shell(), self.first_pair());
+            let step = match item {
+                item if item >= pairs => self.join(item, turn),
+                item if item >= shells => self.vanish(PointId(item - shells), turn),
+                item => self.collapse(EdgeId(item), turn),
             };
             match step {
                 Ok(triangles) => {
@@ -185,18 +192,26 @@ impl<'a> Descent<'a> {
     fn collapse(&mut self, edge: EdgeId, turn: f64) -> Result<usize, Stop> {
         let Some(points) = self.topology.ends(edge) else { return Ok(0) };
         let price = self.plan.price(&self.topology, &self.metric, points);
-        if self.must_wait(edge, price, turn) {
+        if self.must_wait(edge.0, price, turn) {
             return Ok(0);
         }
         self.plan.set(&self.topology, &self.metric, points);
-        if self.plan.is_void() {
-            return Ok(0);
-        }
+        if self.plan.is_void() { Ok(0) } else { self.merge(edge.0, price, points, turn) }
+    }
+
+    /// Does what is planned for two points, or queues the item again. `price` is what it costs at least.
+    fn merge(
+        &mut self,
+        item: u32,
+        price: f64,
+        points: [PointId; 2],
+        turn: f64,
+    ) -> Result<usize, Stop> {
         let cheapest = self.plan.cheapest(&self.metric);
         let by_length = self.metric.space.cost == Cost::EdgeLength;
         if let Some(Candidate { cost, .. }) = cheapest
             && !by_length
-            && self.must_wait(edge, cost, turn)
+            && self.must_wait(item, cost, turn)
         {
             return Ok(0);
         }
@@ -205,25 +220,35 @@ impl<'a> Descent<'a> {
             self.plan.best(&self.topology, &self.metric, self.layout, cheapest)
         });
         let Some(Candidate { cost, position }) = best else {
-            self.reject(price, edge, points[0]);
+            self.reject(price, item, points[0]);
             return Ok(0);
         };
-        if !by_length && self.must_wait(edge, cost, turn) {
+        if !by_length && self.must_wait(item, cost, turn) {
             return Ok(0);
         }
         self.charge(cost, self.plan.weight())?;
         let before = self.triangles();
         self.inherit(points, position);
+        self.pairs.merge(points);
         self.plan.apply(&mut self.topology, &mut self.metric, position);
         self.retry_around(points[0]);
         Ok(before - self.triangles())
     }
 
-    /// Queues an edge again if something that waits costs less than the share `turn` of its cost.
-    fn must_wait(&mut self, edge: EdgeId, cost: f64, turn: f64) -> bool {
+    /// The item of the first point's shell, and that of the first pair.
+    fn first_shell(&self) -> u32 {
+        self.topology.edge_count() as u32
+    }
+
+    fn first_pair(&self) -> u32 {
+        self.first_shell() + self.point_sources.len() as u32
+    }
+
+    /// Queues an item again if something that waits costs less than the share `turn` of its cost.
+    fn must_wait(&mut self, item: u32, cost: f64, turn: f64) -> bool {
         let waits = self.queue.has_cheaper(turn * cost);
         if waits {
-            self.queue.push(cost, edge.0);
+            self.queue.push(cost, item);
         }
         waits
     }
@@ -251,29 +276,13 @@ impl<'a> Descent<'a> {
         }
     }
 
-    /// Puts an illegal collapse aside. If its shell is small, the shell's end is queued instead:
-    /// its area off by its radius.
-    fn reject(&mut self, price: f64, edge: EdgeId, point: PointId) {
-        self.aside[edge] = true;
-        self.rejected.push((price, edge));
-        if let Some(shell) = small_shell(&self.topology, point, &mut self.counts) {
-            let (area, radius) = measure(&shell, &self.topology, &self.metric);
-            let cost = self.shell_cost(self.importance(point) * area, radius);
-            self.queue.push(cost, self.topology.edge_count() as u32 + point.0);
+    /// Puts an illegal item aside. If its shell is small, the shell's end is queued instead.
+    fn reject(&mut self, price: f64, item: u32, point: PointId) {
+        if let Some(aside) = self.aside.get_mut(item as usize) {
+            *aside = true;
         }
-    }
-
-    /// What costs at a point are multiplied by.
-    fn importance(&self, point: PointId) -> f64 {
-        self.metric.space.importance(self.point_sources[point])
-    }
-
-    /// What orders the end of a shell among the edges.
-    fn shell_cost(&self, area: f64, radius: f64) -> f64 {
-        match self.metric.space.cost {
-            Cost::Quadric => area * radius * radius,
-            Cost::EdgeLength => 4.0 * radius * radius,
-        }
+        self.rejected.push((price, item));
+        self.queue_shell(point);
     }
 
     /// Queues the edges at a point again that were put aside, and all of them if they may have become
@@ -290,94 +299,12 @@ impl<'a> Descent<'a> {
         }
     }
 
-    /// Queues all edges again that are still aside.
+    /// Queues all items again that are still aside.
     fn retry_rejected(&mut self) {
-        for (price, edge) in self.rejected.drain(..) {
-            if std::mem::take(&mut self.aside[edge]) {
-                self.queue.push(price, edge.0);
+        for (price, item) in self.rejected.drain(..) {
+            if self.aside.get_mut(item as usize).is_none_or(std::mem::take) {
+                self.queue.push(price, item);
             }
         }
     }
-
-    /// Takes a small shell out, unless it is all there is, holds a locked point or costs more than
-    /// what waits.
-    fn vanish(&mut self, point: PointId, turn: f64) -> Result<usize, Stop> {
-        let shell = small_shell(&self.topology, point, &mut self.counts);
-        let Some(shell) = shell.filter(|s| !s.is_empty() && s.len() < self.triangles()) else {
-            return Ok(0);
-        };
-        if shell.iter().any(|&t| self.topology.points(t).iter().any(|&p| self.is_locked(p))) {
-            return Ok(0);
-        }
-        let (area, radius) = measure(&shell, &self.topology, &self.metric);
-        let area = self.importance(point) * area;
-        let cost = self.shell_cost(area, radius);
-        if self.queue.has_cheaper(turn * cost) {
-            self.queue.push(cost, self.topology.edge_count() as u32 + point.0);
-            return Ok(0);
-        }
-        self.charge(area * radius * radius, area)?;
-        for &triangle in &shell {
-            self.topology.remove(triangle);
-        }
-        Ok(shell.len())
-    }
-
-    /// The surface as it stands, with points and wedges among its own that are gone.
-    pub(crate) fn into_stage(self) -> Stage {
-        let rejected = self.rejected.into_iter().map(|(price, edge)| (price, edge.0));
-        let waiting = self.queue.into_items().chain(rejected);
-        let bounds = triangle_bounds(&self.topology, self.bounds, waiting);
-        let (triangles, live, wedge_points) = self.topology.into_parts();
-        Stage {
-            metric: self.metric,
-            triangles: kept(triangles, &live),
-            groups: kept(self.groups, &live),
-            bounds: kept(bounds, &live),
-            wedge_points,
-            point_sources: self.point_sources,
-            wedge_sources: self.wedge_sources,
-            error: self.error,
-        }
-    }
-
-    /// The mesh as it stands, and for each of its points and wedges the one of the source that it
-    /// stands for.
-    pub(crate) fn snapshot(&self) -> (Mesh, Vec<PointId>, Vec<WedgeId>) {
-        let mut mesh = Mesh { layout: self.layout, ..Mesh::default() };
-        let (mut point_sources, mut wedge_sources) = (Vec::new(), Vec::new());
-        let mut new_points = vec![None; self.point_sources.len()];
-        let mut new_wedges = vec![None; self.wedge_sources.len()];
-        for triangle in (0..self.groups.len()).map(TriangleId::new) {
-            if !self.topology.is_live(triangle) {
-                continue;
-            }
-            let group = self.groups[triangle];
-            let points = self.topology.points(triangle);
-            let wedges = self.topology.wedges(triangle);
-            let corners = std::array::from_fn(|slot| {
-                *new_wedges[wedges[slot].index()].get_or_insert_with(|| {
-                    let point = *new_points[points[slot].index()].get_or_insert_with(|| {
-                        mesh.positions.push(self.metric.position(points[slot]));
-                        point_sources.push(self.point_sources[points[slot]]);
-                        PointId::new(mesh.positions.len() - 1)
-                    });
-                    mesh.wedge_points.push(point);
-                    self.metric.unscaled_row(wedges[slot], group, &mut mesh.attributes);
-                    wedge_sources.push(self.wedge_sources[wedges[slot]]);
-                    WedgeId::new(mesh.wedge_points.len() - 1)
-                })
-            });
-            mesh.triangles.push(corners);
-            mesh.groups.push(group);
-        }
-        (mesh, point_sources, wedge_sources)
-    }
-}
-
-/// What is marked as live.
-fn kept<T>(mut all: Vec<T>, live: &[bool]) -> Vec<T> {
-    let mut live = live.iter();
-    all.retain(|_| live.next() == Some(&true));
-    all
 }

@@ -2,21 +2,67 @@
 
 use glam::DVec3;
 
+use super::{Descent, Stop};
 use crate::id::{PointId, TriangleId};
 use crate::marks::Marks;
 use crate::metric::Metric;
+use crate::options::Cost;
 use crate::topology::Topology;
 
 /// Shells of up to this many triangles may vanish as a whole once none of their edges can
 /// collapse. A closed shell can't go below four triangles, and a sharp one sticks somewhat above.
 const SMALL: usize = 16;
 
+impl Descent<'_> {
+    /// Takes a small shell out, unless it is all there is, holds a locked point or costs more than
+    /// what waits.
+    pub(super) fn vanish(&mut self, point: PointId, turn: f64) -> Result<usize, Stop> {
+        let shell = small_shell(&self.topology, point, &mut self.counts);
+        let Some(shell) = shell.filter(|s| !s.is_empty() && s.len() < self.triangles()) else {
+            return Ok(0);
+        };
+        if shell.iter().any(|&t| self.topology.points(t).iter().any(|&p| self.is_locked(p))) {
+            return Ok(0);
+        }
+        let (area, radius) = measure(&shell, &self.topology, &self.metric);
+        let area = self.importance(point) * area;
+        let cost = self.shell_cost(area, radius);
+        if self.queue.has_cheaper(turn * cost) {
+            self.queue.push(cost, self.first_shell() + point.0);
+            return Ok(0);
+        }
+        self.charge(area * radius * radius, area)?;
+        for &triangle in &shell {
+            self.topology.remove(triangle);
+        }
+        Ok(shell.len())
+    }
+
+    /// Queues the end of a point's shell if that is small: its area off by its radius.
+    pub(super) fn queue_shell(&mut self, point: PointId) {
+        if let Some(shell) = small_shell(&self.topology, point, &mut self.counts) {
+            let (area, radius) = measure(&shell, &self.topology, &self.metric);
+            let cost = self.shell_cost(self.importance(point) * area, radius);
+            self.queue.push(cost, self.first_shell() + point.0);
+        }
+    }
+
+    /// What costs at a point are multiplied by.
+    fn importance(&self, point: PointId) -> f64 {
+        self.metric.space.importance(self.point_sources[point])
+    }
+
+    /// What orders the end of a shell among the edges.
+    fn shell_cost(&self, area: f64, radius: f64) -> f64 {
+        match self.metric.space.cost {
+            Cost::Quadric => area * radius * radius,
+            Cost::EdgeLength => 4.0 * radius * radius,
+        }
+    }
+}
+
 /// The triangles of the shell that `point` belongs to, or `None` if they are too many to vanish.
-pub(crate) fn small_shell(
-    topology: &Topology,
-    point: PointId,
-    seen: &mut Marks,
-) -> Option<Vec<TriangleId>> {
+fn small_shell(topology: &Topology, point: PointId, seen: &mut Marks) -> Option<Vec<TriangleId>> {
     seen.clear();
     seen.set(point.index(), 0);
     let (mut queue, mut at) = (vec![point], 0);
@@ -42,7 +88,7 @@ pub(crate) fn small_shell(
 }
 
 /// The area and the radius of a shell, in the units of the metric.
-pub(crate) fn measure(shell: &[TriangleId], topology: &Topology, metric: &Metric) -> (f64, f64) {
+fn measure(shell: &[TriangleId], topology: &Topology, metric: &Metric) -> (f64, f64) {
     let mut area = 0.0;
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for &triangle in shell {

@@ -1,0 +1,202 @@
+//! Points of two shells that may meet though no edge joins them (the virtual edges of Garland &
+//! Heckbert, "Surface simplification using quadric error metrics", SIGGRAPH 1997, §3).
+//!
+//! Every point is paired with the nearest few of other shells within a distance, found by a grid of cells
+//! of that size. A pair is queued like an edge and costs what its quadrics say. Where borders meet, their
+//! edges become one, so that a crack closes point by point; closed shells come to touch.
+
+use glam::{DVec3, IVec3};
+use rustc_hash::FxHashMap;
+
+use super::{Descent, Stop};
+use crate::id::{EdgeId, PointId};
+use crate::options::Cost;
+use crate::topology::Topology;
+
+/// A point is paired with so many others at most.
+const MOST: usize = 4;
+
+/// Pairs of points, and what has become of them.
+#[derive(Default)]
+pub(super) struct Pairs {
+    pairs: Vec<[PointId; 2]>,
+    /// Per point: the one that it has merged into, or itself. Empty if there are no pairs.
+    merged_into: Vec<PointId>,
+}
+
+impl Pairs {
+    /// Pairs points that are not `locked` over less than `distance`.
+    fn find(
+        topology: &Topology,
+        positions: &[DVec3],
+        distance: f64,
+        is_locked: impl Fn(PointId) -> bool,
+    ) -> Self {
+        let shells = shells(topology, positions.len());
+        let points = (0..positions.len()).map(PointId::new);
+        let free: Vec<PointId> = points.filter(|&point| !is_locked(point)).collect();
+        let mut cells: FxHashMap<IVec3, FxHashMap<PointId, Vec<PointId>>> = FxHashMap::default();
+        let cell = |point: PointId| (positions[point] / distance).floor().as_ivec3();
+        for &point in &free {
+            cells.entry(cell(point)).or_default().entry(shells[point]).or_default().push(point);
+        }
+        let mut pairs = Vec::new();
+        for &point in &free {
+            let away = |other: PointId| positions[other].distance_squared(positions[point]);
+            let mut near: Vec<(f64, PointId)> = around(cell(point))
+                .filter_map(|cell| cells.get(&cell))
+                .flat_map(|shells_there| shells_there.iter())
+                .filter(|(shell, _)| **shell != shells[point])
+                .flat_map(|(_, others)| others.iter().map(|&other| (away(other), other)))
+                .filter(|(away, _)| *away < distance * distance)
+                .collect();
+            near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            let lesser_first = |(_, other): &(f64, PointId)| [point.min(*other), point.max(*other)];
+            pairs.extend(near.iter().take(MOST).map(lesser_first));
+        }
+        pairs.sort_unstable();
+        pairs.dedup();
+        let count = if pairs.is_empty() { 0 } else { positions.len() };
+        Self { pairs, merged_into: (0..count).map(PointId::new).collect() }
+    }
+
+    /// Where the points of a pair are now; `None` if they have met.
+    fn ends(&mut self, pair: usize) -> Option<[PointId; 2]> {
+        let [a, b] = self.pairs[pair].map(|point| root(&mut self.merged_into, point));
+        (a != b).then(|| [a.min(b), a.max(b)])
+    }
+
+    /// Notes that the second point has merged into the first.
+    pub(super) fn merge(&mut self, [kept, gone]: [PointId; 2]) {
+        if let Some(into) = self.merged_into.get_mut(gone.index()) {
+            *into = kept;
+        }
+    }
+}
+
+impl Descent<'_> {
+    /// Queues the pairs of points that may meet, if any may. Their costs are worked out in their turn.
+    pub(crate) fn queue_pairs(&mut self) {
+        let distance = self.metric.space.join_distance;
+        if distance > 0.0 {
+            let is_locked = |point| self.is_locked(point);
+            self.pairs = Pairs::find(&self.topology, &self.metric.positions, distance, is_locked);
+            let first = self.first_pair();
+            let items = (first..).take(self.pairs.pairs.len());
+            items.for_each(|item| self.queue.push(0.0, item));
+        }
+    }
+
+    /// Merges a pair, or queues it again if that costs more than what waits.
+    pub(super) fn join(&mut self, item: u32, turn: f64) -> Result<usize, Stop> {
+        let pair = (item - self.first_pair()) as usize;
+        let Some(points) = self.pairs.ends(pair) else { return Ok(0) };
+        let is_gone = |point: &PointId| self.topology.corners(*point).next().is_none();
+        if points.iter().any(is_gone) {
+            return Ok(0);
+        }
+        self.plan.set(&self.topology, &self.metric, points);
+        // What has got an edge by now waits as that.
+        if !self.plan.is_void() {
+            return Ok(0);
+        }
+        let mut price = 0.0;
+        if self.metric.space.cost == Cost::EdgeLength {
+            price = self.plan.price(&self.topology, &self.metric, points);
+            if self.must_wait(item, price, turn) {
+                return Ok(0);
+            }
+        }
+        self.merge(item, price, points, turn)
+    }
+}
+
+/// The cells around one, itself among them.
+fn around(cell: IVec3) -> impl Iterator<Item = IVec3> {
+    (0..27).map(move |at| cell + IVec3::new(at % 3 - 1, at / 3 % 3 - 1, at / 9 - 1))
+}
+
+/// Per point: the least point of its shell.
+fn shells(topology: &Topology, points: usize) -> Vec<PointId> {
+    let mut parents: Vec<PointId> = (0..points).map(PointId::new).collect();
+    for edge in (0..topology.edge_count()).map(EdgeId::new) {
+        if let Some(ends) = topology.ends(edge) {
+            let [a, b] = ends.map(|point| root(&mut parents, point));
+            parents[a.max(b)] = a.min(b);
+        }
+    }
+    (0..points).map(|point| root(&mut parents, PointId::new(point))).collect()
+}
+
+/// The representative of a point, with the path to it halved.
+fn root(parents: &mut [PointId], mut point: PointId) -> PointId {
+    while parents[point] != point {
+        parents[point] = parents[parents[point]];
+        point = parents[point];
+    }
+    point
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::AtomicUsize;
+
+    use super::*;
+    use crate::chain::simplify_chain;
+    use crate::edges::Census;
+    use crate::id::WedgeId;
+    use crate::mesh::Mesh;
+    use crate::options::Options;
+    use crate::testing::surface;
+    use glam::Vec3;
+
+    /// Two sheets side by side, a crack of `gap` between them.
+    fn cracked(n: usize, gap: f32) -> Mesh {
+        let bumps = |x, y: f32| Vec3::new(x, y, 0.1 * (9.0 * x).cos() * (7.0 * y).cos());
+        let (mut mesh, right) = (surface(n, bumps), surface(n, |x, y| bumps(1.0 - x, y)));
+        let (points, wedges) = (mesh.positions.len() as u32, mesh.wedge_points.len() as u32);
+        let mirrored = |p: &Vec3| Vec3::new(2.0 + gap - p.x, p.y, p.z);
+        mesh.positions.extend(right.positions.iter().map(mirrored));
+        mesh.wedge_points.extend(right.wedge_points.iter().map(|p| PointId(p.0 + points)));
+        mesh.attributes.extend(&right.attributes);
+        mesh.triangles.extend(right.triangles.iter().map(|t| t.map(|w| WedgeId(w.0 + wedges))));
+        mesh.groups.extend(&right.groups);
+        mesh
+    }
+
+    #[test]
+    fn points_of_two_shells_are_paired_with_the_nearest_within_the_distance() {
+        let mesh = cracked(4, 0.01);
+        let topology =
+            Topology::new(mesh.triangles.clone(), mesh.wedge_points.clone(), mesh.positions.len());
+        let positions: Vec<DVec3> = mesh.positions.iter().map(|p| p.as_dvec3()).collect();
+        let pairs = Pairs::find(&topology, &positions, 0.02, |_| false).pairs;
+        assert_eq!(pairs.len(), 5);
+        for [a, b] in pairs {
+            assert!((positions[a].distance(positions[b]) - 0.01).abs() < 1e-6);
+        }
+        let locked = Pairs::find(&topology, &positions, 0.02, |point| point.0 < 25);
+        assert!(locked.pairs.is_empty() && locked.merged_into.is_empty());
+    }
+
+    #[test]
+    fn a_crack_closes_within_the_distance_and_not_beyond() {
+        let mesh = cracked(16, 0.01);
+        let level = |join_distance| {
+            let options = Options { join_distance, ..Options::default() };
+            let target = mesh.triangles.len() / 8;
+            simplify_chain(&mesh, &[target], &options, &AtomicUsize::new(0)).unwrap().remove(0)
+        };
+        let census = |join_distance| {
+            let level = level(join_distance);
+            level.mesh.validate().unwrap();
+            Census::new(&level.mesh)
+        };
+        for join_distance in [None, Some(0.005)] {
+            assert_eq!(census(join_distance).shells, 2);
+        }
+        let joined = census(Some(0.02));
+        assert_eq!((joined.shells, joined.complex), (1, 0));
+        assert!(joined.borders < census(None).borders);
+    }
+}

@@ -1,0 +1,66 @@
+//! What a descent leaves: a stage of the next, or a mesh.
+
+use super::Descent;
+use crate::id::{PointId, TriangleId, WedgeId};
+use crate::mesh::Mesh;
+use crate::rank::triangle_bounds;
+use crate::stage::Stage;
+
+impl Descent<'_> {
+    /// The surface as it stands, with points and wedges among its own that are gone.
+    pub(crate) fn into_stage(self) -> Stage {
+        let waiting = self.queue.into_items().chain(self.rejected);
+        let bounds = triangle_bounds(&self.topology, self.bounds, waiting);
+        let (triangles, live, wedge_points) = self.topology.into_parts();
+        Stage {
+            metric: self.metric,
+            triangles: kept(triangles, &live),
+            groups: kept(self.groups, &live),
+            bounds: kept(bounds, &live),
+            wedge_points,
+            point_sources: self.point_sources,
+            wedge_sources: self.wedge_sources,
+            error: self.error,
+        }
+    }
+
+    /// The mesh as it stands, and for each of its points and wedges the one of the source that it
+    /// stands for.
+    pub(crate) fn snapshot(&self) -> (Mesh, Vec<PointId>, Vec<WedgeId>) {
+        let mut mesh = Mesh { layout: self.layout, ..Mesh::default() };
+        let (mut point_sources, mut wedge_sources) = (Vec::new(), Vec::new());
+        let mut new_points = vec![None; self.point_sources.len()];
+        let mut new_wedges = vec![None; self.wedge_sources.len()];
+        for triangle in (0..self.groups.len()).map(TriangleId::new) {
+            if !self.topology.is_live(triangle) {
+                continue;
+            }
+            let group = self.groups[triangle];
+            let points = self.topology.points(triangle);
+            let wedges = self.topology.wedges(triangle);
+            let corners = std::array::from_fn(|slot| {
+                *new_wedges[wedges[slot].index()].get_or_insert_with(|| {
+                    let point = *new_points[points[slot].index()].get_or_insert_with(|| {
+                        mesh.positions.push(self.metric.position(points[slot]));
+                        point_sources.push(self.point_sources[points[slot]]);
+                        PointId::new(mesh.positions.len() - 1)
+                    });
+                    mesh.wedge_points.push(point);
+                    self.metric.unscaled_row(wedges[slot], group, &mut mesh.attributes);
+                    wedge_sources.push(self.wedge_sources[wedges[slot]]);
+                    WedgeId::new(mesh.wedge_points.len() - 1)
+                })
+            });
+            mesh.triangles.push(corners);
+            mesh.groups.push(group);
+        }
+        (mesh, point_sources, wedge_sources)
+    }
+}
+
+/// What is marked as live.
+fn kept<T>(mut all: Vec<T>, live: &[bool]) -> Vec<T> {
+    let mut live = live.iter();
+    all.retain(|_| live.next() == Some(&true));
+    all
+}
