@@ -171,11 +171,13 @@ mod tests {
         let bumps = surface(30, |x, y| Vec3::new(x, y, 0.1 * (9.0 * x).sin() * (7.0 * y).cos()));
         for mesh in [bumps, sphere(24)] {
             let locked: Vec<bool> = mesh.positions.iter().map(|p| p.x > 0.6).collect();
-            let options = Options { locked: &locked, ..Options::default() };
-            let level = chain(&mesh, mesh.triangles.len() / 2, &options);
-            assert_eq!(level.stopped, None);
-            assert_kept(&mesh, &locked, &level);
-            assert_kept(&mesh, &locked, &polished(&mesh, level, &options));
+            for cost in [Cost::Quadric, Cost::EdgeLength] {
+                let options = Options { locked: &locked, cost, ..Options::default() };
+                let level = chain(&mesh, mesh.triangles.len() / 2, &options);
+                assert_eq!(level.stopped, None);
+                assert_kept(&mesh, &locked, &level);
+                assert_kept(&mesh, &locked, &polished(&mesh, level, &options));
+            }
         }
     }
 

@@ -178,6 +178,11 @@ impl Topology {
         self.triangles[corner.triangle()][corner.slot()]
     }
 
+    /// The point of a wedge.
+    pub(crate) fn wedge_point(&self, wedge: WedgeId) -> PointId {
+        self.wedge_points[wedge]
+    }
+
     #[inline]
     fn point(&self, corner: CornerId) -> PointId {
         self.points[corner.triangle()][corner.slot()]

@@ -52,12 +52,12 @@ impl Plan {
         }
     }
 
-    /// Gives merged wedges the row of a wedge that they had at the end that stays.
+    /// Gives merged wedges the row of the last wedge that they had at the end that stays.
     fn keep_rows(&mut self, metric: &Metric, position: DVec3) {
         let is_first = metric.positions[self.points[0]] == position;
         let own =
             if is_first { 0..self.first_wedges } else { self.first_wedges..self.wedges.len() };
-        for at in own.rev() {
+        for at in own {
             let row = self.merged_of[at] as usize * metric.attributes;
             self.row[row..][..metric.attributes].copy_from_slice(metric.row(self.wedges[at]));
         }

@@ -12,7 +12,7 @@ use crate::id::{EdgeId, PointId, WedgeId};
 use crate::marks::Marks;
 use crate::mesh::{Layout, Mesh};
 use crate::metric::Metric;
-use crate::options::Cost;
+use crate::options::{Cost, Placement};
 use crate::queue::Queue;
 use crate::rank::{edge_bounds, rank_all};
 use crate::stage::Stage;
@@ -269,8 +269,11 @@ impl<'a> Descent<'a> {
         let nearer = if distance(gone) < distance(kept) { gone } else { kept };
         let old = self.point_sources[nearer];
         self.point_sources[kept] = old;
+        let ends = self.metric.space.placement == Placement::Ends;
         for (member, wedge) in self.plan.merges() {
-            if self.source.wedge_points[self.wedge_sources[wedge]] == old {
+            // With ends, a wedge goes on as the one whose row it takes.
+            let is_kept = ends && self.topology.wedge_point(wedge) == nearer;
+            if is_kept || self.source.wedge_points[self.wedge_sources[wedge]] == old {
                 self.wedge_sources[member] = self.wedge_sources[wedge];
             }
         }
@@ -292,6 +295,7 @@ impl<'a> Descent<'a> {
         for edge in self.topology.edges(point) {
             if (std::mem::take(&mut self.aside[edge]) || any)
                 && let Some(points) = self.topology.ends(edge)
+                && !points.iter().any(|&point| self.is_locked(point))
             {
                 let price = self.plan.price(&self.topology, &self.metric, points);
                 self.queue.push(price, edge.0);

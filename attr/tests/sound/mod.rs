@@ -7,7 +7,8 @@ use std::sync::atomic::AtomicUsize;
 use arbitrary::{Result, Unstructured};
 use glam::{Vec2, Vec3};
 use seamwise_attr::{
-    Layout, Level, Mesh, Options, Polish, Vertices, polish_chain, simplify_chain, weld,
+    Cost, Layout, Level, Mesh, Options, Placement, Polish, Vertices, polish_chain, simplify_chain,
+    weld,
 };
 
 /// Most squares along a side of the sheet.
@@ -32,6 +33,40 @@ pub(crate) struct Recipe {
     extra: Vec<[u16; 3]>,
     /// Shares of the triangles, the largest first.
     pub(crate) shares: Vec<f64>,
+    wishes: Wishes,
+}
+
+/// What is asked of the descent.
+#[derive(Debug)]
+struct Wishes {
+    cost: Cost,
+    placement: Placement,
+    max_turn: f64,
+    /// In sides of the sheet.
+    join_distance: Option<f64>,
+    keep_volume: bool,
+    /// Whether points count by noise, and whether some are locked.
+    weighed: bool,
+    locked: bool,
+}
+
+impl Wishes {
+    fn read(u: &mut Unstructured<'_>) -> Result<Self> {
+        let joins: bool = u.arbitrary()?;
+        let placement = u.choose(&[Placement::Best, Placement::Ends, Placement::Middle]);
+        let placement = placement.copied().unwrap_or_default();
+        Ok(Self {
+            cost: if u.ratio(1, 4)? { Cost::EdgeLength } else { Cost::Quadric },
+            placement,
+            max_turn: 90.0 - f64::from(u.int_in_range(0..=89)?),
+            join_distance: joins
+                .then(|| Ok(f64::from(u.arbitrary::<u8>()?) / 512.0))
+                .transpose()?,
+            keep_volume: u.arbitrary::<bool>()? && placement == Placement::Best,
+            weighed: u.arbitrary()?,
+            locked: u.arbitrary()?,
+        })
+    }
 }
 
 impl Recipe {
@@ -57,6 +92,7 @@ impl Recipe {
             groups: u.int_in_range(0..=3)?,
             extra: (0..extra).map(|_| u.arbitrary()).collect::<Result<_>>()?,
             shares,
+            wishes: Wishes::read(u)?,
         })
     }
 
@@ -179,7 +215,19 @@ pub(crate) fn chains(recipe: &Recipe) -> Option<(Mesh, [Vec<Level>; 2])> {
     }
     let count = mesh.triangles.len() as f64;
     let targets: Vec<usize> = recipe.shares.iter().map(|s| (s * count) as usize).collect();
-    let (options, done) = (Options::default(), AtomicUsize::new(0));
+    let (wishes, points, done) = (&recipe.wishes, 0..mesh.positions.len(), AtomicUsize::new(0));
+    let importance: Vec<f32> = points.clone().map(|point| 8.0 * recipe.noise(point)).collect();
+    let locked: Vec<bool> = points.map(|point| recipe.noise(point) < 0.1).collect();
+    let options = Options {
+        cost: wishes.cost,
+        placement: wishes.placement,
+        max_turn: wishes.max_turn,
+        join_distance: wishes.join_distance.map(|share| share * f64::from(recipe.scale)),
+        keep_volume: wishes.keep_volume,
+        importance: if wishes.weighed { &importance } else { &[] },
+        locked: if wishes.locked { &locked } else { &[] },
+        ..Options::default()
+    };
     let levels = simplify_chain(&mesh, &targets, &options, &done).expect("levels");
     let mut polished = levels.clone();
     let polish = Polish::default();
