@@ -38,14 +38,20 @@ pub(crate) fn is_worse_sliver(before: [DVec3; 3], after: [DVec3; 3]) -> bool {
     after < SLIVER && after < KEPT_QUALITY * quality(before)
 }
 
-/// Whether a triangle's UV area changes sign. One without area may take either, as may one that
-/// is so thin that its sign is rounding.
+/// Below this share of its longest side squared, the UV area of a triangle has no sign: rounding to
+/// `f32` could turn it over.
+const FLAT_UV: f64 = 1e-6;
+
+/// Whether a triangle's UV area changes or loses its sign. One that has none may take either.
 pub(crate) fn folds(before: [DVec2; 3], after: [DVec2; 3]) -> bool {
-    let area = |t: [DVec2; 3]| (t[1] - t[0]).perp_dot(t[2] - t[0]);
-    let (old, new) = (area(before), area(after));
-    let longest =
-        (before[1] - before[0]).length_squared().max((before[2] - before[0]).length_squared());
-    old.abs() > 1e-9 * longest && old * new <= 0.0
+    let side = |t: [DVec2; 3]| {
+        let [a, b, c] = [t[1] - t[0], t[2] - t[1], t[0] - t[2]];
+        let longest = a.length_squared().max(b.length_squared()).max(c.length_squared());
+        let area = b.perp_dot(c);
+        if area.abs() > FLAT_UV * longest { area.signum() } else { 0.0 }
+    };
+    let was = side(before);
+    was != 0.0 && side(after) != was
 }
 
 #[cfg(test)]
@@ -89,5 +95,7 @@ mod tests {
         assert!(folds(upright, mirrored) && folds(mirrored, upright));
         assert!(!folds(mirrored, mirrored.map(|uv| uv * 2.0)));
         assert!(!folds([DVec2::ZERO; 3], mirrored), "no area, no side");
+        let thin = [DVec2::ZERO, DVec2::X, DVec2::new(0.5, 1e-7)];
+        assert!(folds(upright, thin) && !folds(thin, mirrored), "lost, then free");
     }
 }
