@@ -12,6 +12,12 @@ use crate::surface::Surface;
 const SEED: u64 = 2;
 /// Triangles whose samples one thread pairs at least, and pairs that it follows.
 const AT_ONCE: usize = 256;
+/// Pairs that are farther apart than so many times the mean do not belong together: where a side of a
+/// detail is gone, the nearest surface that faces its way may be anywhere. One such pair drew a point
+/// of a bag at 1,124 triangles away by a sixth of its height. Lab note (command of [`super::Polish`]):
+/// luminance, distance and color over those with all pairs, geometric mean, are 0.992, 0.998 and 1.007
+/// with 10; 0.995, 0.994 and 0.994 with 20; 0.997, 0.994 and 1.001 with 40.
+const FAR: f64 = 20.0;
 
 /// The surface that levels are fitted to.
 pub(crate) struct Source<'a> {
@@ -42,7 +48,8 @@ pub(super) struct Pairs {
 }
 
 impl Pairs {
-    /// Pairs `count` samples of either surface. One without a counterpart is left out.
+    /// Pairs `count` samples of either surface. One without a counterpart, or with a far one, is left
+    /// out.
     pub(super) fn new(source: &Source<'_>, level: &Sheet<'_>, count: usize) -> Self {
         let surface = level.surface();
         let mut all = pair(&source.sheet, count, |spot| {
@@ -54,7 +61,21 @@ impl Pairs {
             let found = source.sheet.find(&source.surface, level, &spot)?;
             Some(Pair { source: found, level: spot })
         }));
-        Self { all, there }
+        Self { all, there }.without_far(source, level)
+    }
+
+    /// Leaves out what is farther apart than `FAR` times the mean.
+    fn without_far(mut self, source: &Source<'_>, level: &Sheet<'_>) -> Self {
+        let apart: Vec<f64> = self
+            .all
+            .par_iter()
+            .map(|pair| source.sheet.place(&pair.source).distance(level.place(&pair.level)))
+            .collect();
+        let most = FAR * apart.iter().sum::<f64>() / apart.len().max(1) as f64;
+        self.there = apart[..self.there].iter().filter(|&&apart| apart <= most).count();
+        let mut apart = apart.into_iter();
+        self.all.retain(|_| apart.next().is_some_and(|apart| apart <= most));
+        self
     }
 
     /// The same samples with their nearest points after the level has moved a little.
@@ -84,4 +105,31 @@ fn pair(sheet: &Sheet<'_>, count: usize, meet: impl Fn(Spot) -> Option<Pair> + S
             spots.filter_map(&meet)
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::testing::grid;
+
+    /// A sheet with a spike, too steep for what is flat to be its counterpart.
+    fn spiked(side: usize, column: usize, row: usize) -> Mesh {
+        let mut mesh = grid(side);
+        mesh.positions[row * (side + 1) + column].z += 0.1;
+        mesh
+    }
+
+    #[test]
+    fn a_spike_is_not_paired_with_another_far_away() {
+        let (source, level) = (spiked(64, 10, 10), spiked(64, 50, 50));
+        let source = Source::new(&source);
+        let level = Sheet::new(&level, Arc::clone(&neighbors(&level)));
+        let pairs = Pairs::new(&source, &level, 20_000);
+        let apart =
+            |pair: &Pair| source.sheet.place(&pair.source).distance(level.place(&pair.level));
+        assert!(pairs.all.len() > 39_000 && pairs.there > 19_500, "{}", pairs.all.len());
+        assert!(pairs.all.iter().map(apart).all(|apart| apart < 0.1));
+    }
 }
