@@ -24,26 +24,37 @@ pub(crate) type Side = ([PointId; 2], usize);
 
 /// Visits every edge with its sides, in the order of its points.
 pub(crate) fn visit_edges(mesh: &Mesh, mut visit: impl FnMut(EdgeKind, &[Side])) {
+    let points: Vec<[PointId; 3]> =
+        (0..mesh.triangles.len()).map(|triangle| mesh.triangle_points(triangle)).collect();
+    visit_sides(&points, mesh.positions.len(), |sides| {
+        let kind = match sides {
+            [_] => EdgeKind::Border,
+            [a, b] => meeting(mesh, a, b),
+            _ => EdgeKind::Complex,
+        };
+        visit(kind, sides);
+    });
+}
+
+/// Visits the sides of every edge of triangles over so many points, in the order of its points.
+pub(crate) fn visit_sides(
+    triangles: &[[PointId; 3]],
+    points: usize,
+    mut visit: impl FnMut(&[Side]),
+) {
     let side = |corner: CornerId| {
-        let (points, slot) = (mesh.triangle_points(corner.triangle().index()), corner.slot());
+        let (points, slot) = (triangles[corner.triangle().index()], corner.slot());
         let (from, to) = (points[slot], points[(slot + 1) % 3]);
         ([from.min(to), from.max(to)], corner.triangle().index())
     };
-    let corners = (0..mesh.triangles.len() * 3).map(CornerId::new);
-    let by_lesser = Buckets::new(corners.map(|corner| side(corner).0[0].0), mesh.positions.len());
+    let corners = (0..triangles.len() * 3).map(CornerId::new);
+    let by_lesser = Buckets::new(corners.map(|corner| side(corner).0[0].0), points);
     let mut sides: Vec<Side> = Vec::new();
-    for point in 0..mesh.positions.len() {
+    for point in 0..points {
         sides.clear();
         sides.extend(by_lesser.of(point).iter().map(|&corner| side(CornerId(corner))));
         sides.sort_unstable();
-        for run in sides.chunk_by(|a, b| a.0 == b.0) {
-            let kind = match run {
-                [_] => EdgeKind::Border,
-                [a, b] => meeting(mesh, a, b),
-                _ => EdgeKind::Complex,
-            };
-            visit(kind, run);
-        }
+        sides.chunk_by(|a, b| a.0 == b.0).for_each(&mut visit);
     }
 }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use crate::edges::{EdgeKind, visit_edges};
+use crate::edges::{Side, visit_sides};
 use crate::id::{PointId, WedgeId};
 use crate::mesh::Mesh;
 use crate::quadric::{self, PointQuadric, Slopes};
@@ -47,6 +47,25 @@ impl Default for Weights {
     }
 }
 
+/// Two wedges that are farther apart in UV and color than this share of an edge are on two sides of a
+/// seam.
+const JUMP: f64 = 0.05;
+
+/// Triangles to be measured, in arrays of one entry each.
+pub(crate) struct Faces<'a> {
+    pub(crate) wedges: &'a [[WedgeId; 3]],
+    pub(crate) points: &'a [[PointId; 3]],
+    pub(crate) groups: &'a [u32],
+}
+
+impl Faces<'_> {
+    /// The wedge of a triangle at one of its points.
+    fn wedge(&self, triangle: usize, point: PointId) -> WedgeId {
+        let slot = self.points[triangle].iter().position(|&own| own == point);
+        self.wedges[triangle][slot.expect("a point of the triangle")]
+    }
+}
+
 /// Positions, attribute rows and quadrics in one space.
 pub(crate) struct Metric {
     pub(crate) space: Arc<Space>,
@@ -76,10 +95,21 @@ impl Metric {
             constraints: vec![PointQuadric::default(); mesh.positions.len()],
         };
         metric.scale_rows(mesh);
-        let importance: Vec<f64> = sources.iter().map(|&point| space.importance(point)).collect();
-        metric.add_triangles(mesh, &importance);
-        metric.add_outlines(mesh, &importance);
+        let points: Vec<[PointId; 3]> =
+            (0..mesh.triangles.len()).map(|triangle| mesh.triangle_points(triangle)).collect();
+        let faces = Faces { wedges: &mesh.triangles, points: &points, groups: &mesh.groups };
+        metric.sum(&faces, sources);
         metric
+    }
+
+    /// Sums the quadrics of triangles as they lie now, over points that stand for `sources`.
+    pub(crate) fn sum(&mut self, faces: &Faces<'_>, sources: &[PointId]) {
+        self.quadrics.fill(0.0);
+        self.constraints.fill(PointQuadric::default());
+        let importance: Vec<f64> =
+            sources.iter().map(|&point| self.space.importance(point)).collect();
+        self.add_triangles(faces, &importance);
+        self.add_outlines(faces, &importance);
     }
 
     /// Nothing yet, with room for so many points and wedges of `attributes` floats.
@@ -131,19 +161,18 @@ impl Metric {
         }
     }
 
-    fn add_triangles(&mut self, mesh: &Mesh, importance: &[f64]) {
+    fn add_triangles(&mut self, faces: &Faces<'_>, importance: &[f64]) {
         let stride = quadric::stride(self.attributes);
         let mut own = vec![0.0; stride];
-        for triangle in 0..mesh.triangles.len() {
-            let wedges = mesh.triangles[triangle];
-            let p = mesh.triangle_points(triangle).map(|point| self.positions[point]);
+        for (&wedges, points) in faces.wedges.iter().zip(faces.points) {
+            let p = points.map(|point| self.positions[point]);
             let cross = (p[1] - p[0]).cross(p[2] - p[0]);
             let normal = cross.normalize_or_zero();
             let (slopes, rows) = (Slopes::new(p), wedges.map(|wedge| self.row(wedge)));
             let gradients = (0..self.attributes).map(|at| slopes.gradient(rows.map(|row| row[at])));
             quadric::set_triangle(&mut own, (p[0], normal), gradients, cross.length() / 6.0);
-            for wedge in wedges {
-                let factor = importance[mesh.wedge_points[wedge].index()];
+            for (wedge, point) in wedges.into_iter().zip(points) {
+                let factor = importance[point.index()];
                 quadric::add_scaled(self.quadric_mut(wedge), &own, factor);
             }
         }
@@ -151,18 +180,18 @@ impl Metric {
 
     /// Adds a plane through each border and seam edge, perpendicular to its triangle, so that
     /// outlines and seams stay where they are (Garland & Heckbert 1997, §6). Weighted by the
-    /// edge's squared length. A crease needs none: the surface bends there.
-    fn add_outlines(&mut self, mesh: &Mesh, importance: &[f64]) {
+    /// edge's squared length. Where normals alone differ, none is needed: the surface bends there.
+    fn add_outlines(&mut self, faces: &Faces<'_>, importance: &[f64]) {
         let weights = self.space.weights;
-        visit_edges(mesh, |kind, sides| {
-            let weight = match kind {
-                EdgeKind::Inner | EdgeKind::Crease => return,
-                EdgeKind::Seam => weights.seam,
-                EdgeKind::Border | EdgeKind::Complex => weights.border,
+        visit_sides(faces.points, self.positions.len(), |sides| {
+            let weight = match sides {
+                [a, b] if self.is_seam(faces, [a, b]) => weights.seam,
+                [_, _] => return,
+                _ => weights.border,
             };
             for &(points, triangle) in sides {
                 let [from, to] = points.map(|point| self.positions[point]);
-                let p = mesh.triangle_points(triangle).map(|point| self.positions[point]);
+                let p = faces.points[triangle].map(|point| self.positions[point]);
                 let face = (p[1] - p[0]).cross(p[2] - p[0]);
                 let normal = (to - from).cross(face).normalize_or_zero();
                 let weight = weight * (to - from).length_squared() / 2.0;
@@ -172,6 +201,22 @@ impl Metric {
                 }
             }
         });
+    }
+
+    /// Whether the two sides of an edge differ in group, UV or color. Where normals alone differ, either
+    /// side keeps its own UVs as it goes down, and those stay together as near as what is left allows.
+    fn is_seam(&self, faces: &Faces<'_>, [a, b]: [&Side; 2]) -> bool {
+        let layout = self.space.layout;
+        let [from, to] = a.0.map(|point| self.positions[point]);
+        let most = JUMP * JUMP * from.distance_squared(to);
+        let jumps = |point: PointId| {
+            let (own, other) = (faces.wedge(a.1, point), faces.wedge(b.1, point));
+            let squares = self.row(own).iter().zip(self.row(other)).map(|(x, y)| (x - y).powi(2));
+            let normal = layout.normal()..layout.color();
+            let others = squares.enumerate().filter(|(at, _)| !normal.contains(at));
+            own != other && others.map(|(_, square)| square).sum::<f64>() > most
+        };
+        faces.groups[a.1] != faces.groups[b.1] || a.0.into_iter().any(jumps)
     }
 
     /// A wedge's row.
@@ -244,6 +289,42 @@ mod tests {
         let metric = metric(&mesh, Weights { uv: 1.0, ..Weights::default() });
         let far = metric.row(mesh.triangles.last().expect("a triangle")[1]);
         assert!((far[0] - 1.0).abs() < 1e-6, "one square is one unit wide, so is its texture");
+    }
+
+    #[test]
+    fn normals_alone_make_no_outline() {
+        let smooth = sphere(8);
+        let mut flat = Mesh { layout: smooth.layout, ..Mesh::default() };
+        flat.positions.clone_from(&smooth.positions);
+        flat.groups.clone_from(&smooth.groups);
+        for (triangle, wedges) in smooth.triangles.iter().enumerate() {
+            let [a, b, c] = smooth.triangle_positions(triangle);
+            let normal = (b - a).cross(c - a).normalize();
+            flat.triangles.push(wedges.map(|wedge| {
+                flat.wedge_points.push(smooth.wedge_points[wedge]);
+                flat.attributes.extend_from_slice(&smooth.row(wedge)[..2]);
+                flat.attributes.extend(normal.to_array());
+                WedgeId::new(flat.wedge_points.len() - 1)
+            }));
+        }
+        let [smooth, flat] = [&smooth, &flat].map(|mesh| metric(mesh, Weights::default()));
+        assert_eq!(flat.constraints, smooth.constraints);
+        assert!(smooth.constraints.contains(&PointQuadric::default()));
+    }
+
+    #[test]
+    fn quadrics_summed_again_are_the_same_and_of_moved_points_are_not() {
+        let mesh = sphere(8);
+        let points: Vec<PointId> = (0..mesh.positions.len()).map(PointId::new).collect();
+        let corners: Vec<_> = (0..mesh.triangles.len()).map(|t| mesh.triangle_points(t)).collect();
+        let faces = Faces { wedges: &mesh.triangles, points: &corners, groups: &mesh.groups };
+        let mut metric = metric(&mesh, Weights::default());
+        let before = metric.quadrics.clone();
+        metric.sum(&faces, &points);
+        assert_eq!(metric.quadrics, before);
+        metric.positions[3] *= 1.1;
+        metric.sum(&faces, &points);
+        assert_ne!(metric.quadrics, before);
     }
 
     #[test]

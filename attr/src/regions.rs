@@ -43,13 +43,18 @@ const TURN: f64 = 0.8;
 
 /// Whether a surface of so many triangles is to go down in regions.
 pub(crate) fn is_large(triangles: usize, target: usize) -> bool {
-    triangles >= LEAST && target as f64 <= NEAR * triangles as f64
+    !is_small(triangles) && target as f64 <= NEAR * triangles as f64
+}
+
+/// Whether a surface of so many triangles goes down as one, in steps.
+pub(crate) fn is_small(triangles: usize) -> bool {
+    triangles < LEAST
 }
 
 /// When a collapse has its turn in a surface of so many triangles: when nothing that waits costs less
 /// than this share of it.
 pub(crate) fn turn(triangles: usize) -> f64 {
-    if triangles >= LEAST { TURN } else { 1.0 }
+    if is_small(triangles) { 1.0 } else { TURN }
 }
 
 /// Takes a surface near `target` triangles, and never below, if it is large.

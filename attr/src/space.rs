@@ -10,7 +10,7 @@ use glam::{DVec3, Vec3};
 use rustc_hash::FxHashMap;
 
 use crate::id::PointId;
-use crate::mesh::Mesh;
+use crate::mesh::{Layout, Mesh};
 use crate::metric::Weights;
 use crate::options::{Cost, Options, Placement};
 use crate::quadric::MAX_ATTRIBUTES;
@@ -27,6 +27,7 @@ pub(crate) struct Space {
     /// Length of one unit, in the units of the mesh.
     pub(crate) unit: f64,
     center: DVec3,
+    pub(crate) layout: Layout,
     /// What each entry of a row is multiplied by: a row per group.
     scales: FxHashMap<u32, [f64; MAX_ATTRIBUTES]>,
     pub(crate) weights: Weights,
@@ -56,6 +57,7 @@ impl Space {
         Self {
             unit,
             center,
+            layout: mesh.layout,
             scales,
             weights,
             turn_cosine: options.turn_cosine(),

@@ -4,6 +4,7 @@
 mod pairs;
 mod shells;
 mod stages;
+mod steps;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -45,10 +46,11 @@ impl std::fmt::Display for Stop {
 
 /// A mesh on its way down.
 ///
-/// An edge waits under the cost it had when it was last looked at. Quadrics only grow, so that cost
-/// is a lower bound of what the edge costs by now, and looking again when its turn comes is enough
-/// to keep the order: a collapse leaves its neighbors alone. Lengths may shrink, so where they order
-/// collapses the edges around each are queued anew.
+/// An edge waits under the cost it had when it was last looked at. Quadrics only grow until they are
+/// summed anew, and then all edges are queued anew. So that cost is a lower bound of what the edge
+/// costs by now, and looking again when its turn comes is enough to keep the order: a collapse leaves
+/// its neighbors alone. Lengths may shrink, so where they order collapses the edges around each are
+/// queued anew.
 pub(crate) struct Descent<'a> {
     source: &'a Mesh,
     layout: Layout,

@@ -75,16 +75,20 @@ impl Pairs {
 }
 
 impl Descent<'_> {
-    /// Queues the pairs of points that may meet, if any may. Their costs are worked out in their turn.
-    pub(crate) fn queue_pairs(&mut self) {
+    /// Finds and queues the pairs of points that may meet, if any may.
+    pub(crate) fn find_pairs(&mut self) {
         let distance = self.metric.space.join_distance;
         if distance > 0.0 {
             let is_locked = |point| self.is_locked(point);
             self.pairs = Pairs::find(&self.topology, &self.metric.positions, distance, is_locked);
-            let first = self.first_pair();
-            let items = (first..).take(self.pairs.pairs.len());
-            items.for_each(|item| self.queue.push(0.0, item));
+            self.queue_pairs();
         }
+    }
+
+    /// Queues all pairs. Their costs are worked out in their turn.
+    pub(super) fn queue_pairs(&mut self) {
+        let items = (self.first_pair()..).take(self.pairs.pairs.len());
+        items.for_each(|item| self.queue.push(0.0, item));
     }
 
     /// Merges a pair, or queues it again if that costs more than what waits.
@@ -184,7 +188,7 @@ mod tests {
         let mesh = cracked(16, 0.01);
         let level = |join_distance| {
             let options = Options { join_distance, ..Options::default() };
-            let target = mesh.triangles.len() / 8;
+            let target = mesh.triangles.len() / 16;
             simplify_chain(&mesh, &[target], &options, &AtomicUsize::new(0)).unwrap().remove(0)
         };
         let census = |join_distance| {

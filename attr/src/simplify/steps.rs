@@ -1,0 +1,67 @@
+//! A descent that remembers one step of its way.
+
+use std::sync::atomic::AtomicUsize;
+
+use super::{Descent, Stop};
+use crate::id::TriangleId;
+use crate::metric::Faces;
+use crate::rank::rank_all;
+
+/// Quadrics are summed anew each time that the surface has shrunk to this share.
+///
+/// Summed once, they count planes that are long gone several times over, and stay loyal to a shape that
+/// only the polish can bring back. Forgetting everything at each collapse is no better: thin parts wander
+/// off. Lab note (`cargo bench --bench quality -- --alone --views 6 --resolution 256 --samples 30000`):
+/// RMS sRGB luminance, RMS distance and RMS color over those of quadrics that are summed once, geometric
+/// mean over four polished levels each of a scanned box, a pan, a gelatin box, a racquet, a helmet and a
+/// ship:
+///
+/// | summed anew | luminance | distance | color |
+/// |---|---|---|---|
+/// | at each level | 0.982 | 0.975 | 0.975 |
+/// | at 0.6 | 0.969 | 0.951 | 0.957 |
+/// | **at 0.75** | 0.950 | 0.926 | 0.933 |
+/// | at 0.8 | 0.960 | 0.932 | 0.965 |
+/// | at 0.9 | 0.959 | 0.925 | 0.914 |
+/// | for each collapse | 0.964 | 0.983 | 0.976 |
+/// | at 0.75, but the planes of outlines | 0.960 | 0.993 | 0.962 |
+const STEP: f64 = 0.75;
+
+impl Descent<'_> {
+    /// Like [`descend`](Self::descend), with quadrics of the surface as it was at most a step ago.
+    pub(crate) fn descend_in_steps(
+        &mut self,
+        target: usize,
+        removed: &AtomicUsize,
+    ) -> Option<Stop> {
+        loop {
+            if self.triangles() < self.source.triangles.len() {
+                self.forget();
+            }
+            let next = target.max((STEP * self.triangles() as f64) as usize);
+            let stopped = self.descend(next, 1.0, removed);
+            if next == target || stopped.is_some() {
+                return stopped;
+            }
+        }
+    }
+
+    /// Sums the quadrics of the triangles as they lie now, and queues all edges anew.
+    fn forget(&mut self) {
+        let topology = &self.topology;
+        let all = (0..self.groups.len()).map(TriangleId::new);
+        let live: Vec<TriangleId> = all.filter(|&t| topology.is_live(t)).collect();
+        let faces = Faces {
+            wedges: &live.iter().map(|&t| topology.wedges(t)).collect::<Vec<_>>(),
+            points: &live.iter().map(|&t| topology.points(t)).collect::<Vec<_>>(),
+            groups: &live.iter().map(|&t| self.groups[t]).collect::<Vec<_>>(),
+        };
+        self.metric.sum(&faces, &self.point_sources);
+        self.bounds.fill(0.0);
+        self.aside.fill(false);
+        self.rejected.clear();
+        let wedges = self.wedge_sources.len();
+        self.queue = rank_all(topology, &self.metric, &self.bounds, wedges, &self.locked);
+        self.queue_pairs();
+    }
+}
