@@ -23,7 +23,7 @@ use crate::buckets::Buckets;
 use crate::chain::Level;
 use crate::id::{PointId, TriangleId, WedgeId};
 use crate::mesh::Mesh;
-use crate::triangle::closest_on_triangle;
+use crate::triangle::{SAME_SIDE, area_vector, closest_on_triangle};
 
 /// Most triangles that are looked at for one point, so that no mesh makes it slow: thousands of
 /// slivers may all pass through one ball.
@@ -76,6 +76,9 @@ struct Finder<'a> {
     wedges: Buckets,
     /// One per wedge of the source: its group.
     groups: Vec<u32>,
+    /// One per point of the level: the unit normal of its triangles, by their area; zero if they have
+    /// none.
+    normals: Vec<DVec3>,
 }
 
 impl<'a> Finder<'a> {
@@ -85,10 +88,16 @@ impl<'a> Finder<'a> {
         for (wedges, &group) in source.triangles.iter().zip(&source.groups) {
             wedges.iter().for_each(|&wedge| groups[wedge] = group);
         }
+        let mut normals = vec![DVec3::ZERO; level.mesh.positions.len()];
+        for triangle in 0..level.mesh.triangles.len() {
+            let area = area_vector(level.mesh.triangle_positions(triangle));
+            level.mesh.triangle_points(triangle).iter().for_each(|&point| normals[point] += area);
+        }
+        normals.iter_mut().for_each(|normal| *normal = normal.normalize_or_zero());
         let at_corners = source.triangles.iter().flatten().map(|&w| source.wedge_points[w].0);
         let corners = Buckets::new(at_corners, points);
         let wedges = Buckets::new(source.wedge_points.iter().map(|p| p.0), points);
-        Self { source, level, kinds, corners, wedges, groups }
+        Self { source, level, kinds, corners, wedges, groups, normals }
     }
 
     /// The kind of a wedge of the source.
@@ -104,35 +113,38 @@ impl<'a> Finder<'a> {
     fn foot(&self, wedge: WedgeId, seen: &mut FxHashSet<u32>) -> Origin {
         let (point, kind) = self.key(wedge);
         let own = self.level.wedge_sources[wedge];
-        let p = self.level.mesh.positions[point].as_dvec3();
         // Where shells were joined, a point may stand for one of another kind.
         [self.level.point_sources[point], self.source.wedge_points[own]]
             .into_iter()
-            .find_map(|start| self.flood(p, start, kind, seen))
+            .find_map(|start| self.flood(point, start, kind, seen))
             .unwrap_or(Origin { wedges: [own; 3], barycentrics: DVec3::X })
     }
 
-    /// The point nearest to `p` that is connected with `start` within the ball around `p` through it,
-    /// over triangles of one kind. None if there are none at `start`.
+    /// The place nearest to a point of the level that is connected with `start` within the ball through
+    /// it, over triangles of one kind, and on the same side if there is one. None if there are none at
+    /// `start`.
     fn flood(
         &self,
-        p: DVec3,
+        point: PointId,
         start: PointId,
         kind: u32,
         seen: &mut FxHashSet<u32>,
     ) -> Option<Origin> {
         let (source, mut queue) = (self.source, Vec::new());
+        let (p, normal) = (self.level.mesh.positions[point].as_dvec3(), self.normals[point]);
         let reach = p.distance_squared(source.positions[start].as_dvec3());
         seen.clear();
         self.spread(start, kind, seen, &mut queue);
-        let mut best: Option<(f64, TriangleId, DVec3)> = None;
+        let mut best: Option<((bool, f64, TriangleId), DVec3)> = None;
         let mut at = 0;
         while at < queue.len().min(MOST) {
             let triangle = TriangleId(queue[at]);
             let corners = source.triangle_positions(triangle.index());
             let (weights, _, square) = closest_on_triangle(p, &corners);
-            if best.is_none_or(|best| (square, triangle) < (best.0, best.1)) {
-                best = Some((square, triangle, weights));
+            let is_behind = area_vector(corners).normalize_or_zero().dot(normal) <= SAME_SIDE;
+            let rank = (is_behind, square, triangle);
+            if best.is_none_or(|best| rank < best.0) {
+                best = Some((rank, weights));
             }
             if square <= reach && reach > 0.0 {
                 for point in source.triangle_points(triangle.index()) {
@@ -141,7 +153,7 @@ impl<'a> Finder<'a> {
             }
             at += 1;
         }
-        let (_, triangle, barycentrics) = best?;
+        let ((.., triangle), barycentrics) = best?;
         Some(Origin { wedges: source.triangles[triangle], barycentrics })
     }
 
