@@ -28,6 +28,8 @@ use crate::triangle::{SAME_SIDE, area_vector, closest_on_triangle};
 /// Most triangles that are looked at for one point, so that no mesh makes it slow: thousands of
 /// slivers may all pass through one ball.
 const MOST: usize = 4096;
+/// Smaller shares are none: a point that no collapse moved may still be off by a rounding.
+const LEAST_SHARE: f64 = 1e-6;
 /// Points that one thread looks up at least.
 const AT_ONCE: usize = 256;
 
@@ -153,7 +155,9 @@ impl<'a> Finder<'a> {
             }
             at += 1;
         }
-        let ((.., triangle), barycentrics) = best?;
+        let ((.., triangle), weights) = best?;
+        let kept = weights.map(|weight| if weight < LEAST_SHARE { 0.0 } else { weight });
+        let barycentrics = kept / kept.element_sum();
         Some(Origin { wedges: source.triangles[triangle], barycentrics })
     }
 
