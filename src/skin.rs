@@ -147,7 +147,7 @@ mod tests {
             .collect();
         let blended = Sets::find(&attributes).unwrap().blend(&corners).unwrap();
         let row = |(place, bytes): &(usize, Vec<u8>)| {
-            Elements { bytes: bytes.clone(), ..*attributes[*place].1 }.floats()
+            Elements { bytes: bytes.clone(), ..attributes[*place].1 }.floats()
         };
         let rows: Vec<Vec<f32>> = blended.iter().map(row).collect();
         let influences = rows.chunks_exact(2).flat_map(|set| {

@@ -205,25 +205,32 @@ fn what_is_linear_along_a_bar_stays_so() {
     }
 }
 
+/// What the vertices at one position are.
+#[derive(Default)]
+struct Shared {
+    parts: BTreeSet<usize>,
+    /// Joints with the bits of their weights.
+    bindings: BTreeSet<Vec<(usize, u32)>>,
+}
+
 #[test]
 fn parts_that_meet_move_as_one() {
     let baked = Baked::bytes("halves", &halves(|_, _| {}).glb(), &unmeasured());
     for (index, output) in baked.levels().iter().enumerate() {
-        let mut at: BTreeMap<[u32; 3], (BTreeSet<usize>, BTreeSet<Vec<(usize, u32)>>)> =
-            BTreeMap::new();
+        let mut at: BTreeMap<[u32; 3], Shared> = BTreeMap::new();
         let mesh = output.gltf.meshes().next().expect("a mesh");
         for (part, primitive) in mesh.primitives().enumerate() {
             let positions = &output.parts(0)[part].positions;
             for (position, influences) in positions.iter().zip(influences(output, &primitive)) {
                 let entry = at.entry(position.map(f32::to_bits)).or_default();
-                entry.0.insert(part);
+                entry.parts.insert(part);
                 let bits = influences.iter().map(|&(joint, weight)| (joint, weight.to_bits()));
-                entry.1.insert(bits.collect());
+                entry.bindings.insert(bits.collect());
             }
         }
-        let shared = at.values().filter(|(parts, _)| parts.len() == 2).count();
+        let shared = at.values().filter(|shared| shared.parts.len() == 2).count();
         assert!(shared >= 2, "level {}: the halves share {shared} points", index + 1);
-        assert!(at.values().all(|(_, motions)| motions.len() == 1), "level {}", index + 1);
+        assert!(at.values().all(|shared| shared.bindings.len() == 1), "level {}", index + 1);
     }
 }
 

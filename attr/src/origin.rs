@@ -5,15 +5,16 @@
 //! Nearest alone will not do: a lip of a closed mouth is nearest to the other lip as well, and moves
 //! with it no more once the mouth opens. So the search floods the triangles from the source point that
 //! the point stands for, as far as they lie no farther from the point than that one does. What it
-//! finds is the nearest point of all that is connected within this ball.
+//! finds is the nearest point of all that is connected within this ball and faces the same way.
 //!
 //! Guarantees: all wedges at a point whose groups are of one kind have the same foot, so that
 //! whatever is the same for all wedges at a source point is the same for them too; a point that lies
 //! where its source point does has that for its foot, alone; the same at any thread count. Not
 //! guaranteed: the nearest point where the ball holds more than [`MOST`] triangles.
 //!
-//! Lab note: levels of a head of 8,600 triangles at 50, 25, 12.5 and 6.25 % look at 13, 17, 24 and 33
-//! triangles a point.
+//! Lab note: levels of a head of 8,778 triangles at 50, 25, 12.5 and 6.25 % look at 26, 31, 37 and 48
+//! triangles a point, 414 at most. Without heed of the side its morph targets are off by up to 0.91 %
+//! of the diagonal at 50 %, as points at the mouth's corners find the other lip, with it by 0.64 %.
 
 use glam::DVec3;
 use rayon::prelude::*;
