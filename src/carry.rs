@@ -1,9 +1,10 @@
 //! What a level takes over from its source, as the metric does not see it.
 //!
 //! What moves a vertex is blended at its origin, the nearest point of the source: deltas of morph
-//! targets by barycentrics, joints and weights as `skin` does it. A vertex that stands on a source
-//! point, or between points that agree, takes their bytes as they are. All else cannot be blended
-//! without knowing what it means, and is that of the source vertex which the wedge stands for.
+//! targets by barycentrics (but for those of UVs, which mean something else across a seam), joints and
+//! weights as `skin` does it. A vertex that stands on a source point, or between points that agree,
+//! takes their bytes as they are. All else cannot be blended without knowing what it means, and is
+//! that of the source vertex which the wedge stands for.
 //!
 //! Lab note (`cargo test --test rigs -- --nocapture`): RMS distance between the surfaces as they move,
 //! over that of levels with the joints and deltas of one source vertex each, at 50, 25, 12.5 and

@@ -71,14 +71,23 @@ fn level_part(
 
 /// A morph target of a level's primitive.
 fn target(part: &Part, index: usize, footings: &[Footing<'_>]) -> Vec<Named> {
-    let blended = |(name, elements): &Named| {
-        let deltas = blend(elements, footings, |part| {
-            let mut target = part.targets.get(index)?.iter();
-            target.find(|(own, _)| own == name).map(|(_, elements)| elements)
-        });
+    let moved = |(name, elements): &Named| {
+        let deltas = if is_blended(name) {
+            blend(elements, footings, |part| {
+                let mut target = part.targets.get(index)?.iter();
+                target.find(|(own, _)| own == name).map(|(_, elements)| elements)
+            })
+        } else {
+            copy(elements, footings)
+        };
         (name.clone(), deltas)
     };
-    part.targets[index].iter().map(blended).collect()
+    part.targets[index].iter().map(moved).collect()
+}
+
+/// Whether deltas of an attribute mean the same all over a surface: those of UVs do not across a seam.
+fn is_blended(name: &str) -> bool {
+    matches!(name, "POSITION" | "NORMAL" | "TANGENT") || name.starts_with("COLOR_")
 }
 
 /// The triangles of one group over the wedges they use.

@@ -289,9 +289,13 @@ mod tests {
                 assert_eq!(points(&origins[a]), points(&origins[b]));
                 assert_eq!(origins[a].barycentrics, origins[b].barycentrics);
                 for w in [a, b] {
-                    let uvs = origins[w].wedges.map(|there| source.uv(there, 0).x);
                     let own = level.mesh.uv(WedgeId::new(w), 0).x;
-                    assert!(uvs.iter().all(|u| (u - own).abs() < 0.5), "{uvs:?} for {own}");
+                    for there in origins[w].wedges {
+                        let at = |other: &&PointId| **other == source.wedge_points[there];
+                        let has_both = source.wedge_points.iter().filter(at).count() > 1;
+                        let off = (source.uv(there, 0).x - own).abs();
+                        assert!(!has_both || off < 0.5, "off by {off}");
+                    }
                 }
                 at_seam += 1;
             }

@@ -29,7 +29,7 @@ pub(crate) fn second_share(x: f32) -> f32 {
     (0.5 + 0.5 * x).clamp(0.0, 1.0)
 }
 
-/// Joints and weights of some vertices: influences of four joints that no vertex needs, and the two.
+/// Accessors of joints and weights for the vertices of a shape.
 fn bind(build: &mut Build, shape: &Shape, kind: Kind) -> [usize; 2] {
     let count = shape.positions.len();
     let joints: Vec<u8> = (0..count).flat_map(|_| [0, 1, 0, 0]).collect();
