@@ -4,19 +4,20 @@
 //! A point's foot is the nearest point of the source on the part of the surface that it came from.
 //! Nearest alone will not do: a lip of a closed mouth is nearest to the other lip as well, and moves
 //! with it no more once the mouth opens. So the search floods the triangles from the source point that
-//! the point stands for, as far as they lie no farther from the point than that one does. What it
-//! finds is the nearest point of all that is connected within this ball and faces the same way.
+//! the point stands for, across edges that lie no farther from the point than that one does. What it
+//! finds is the nearest point of all that is connected within this ball.
 //!
 //! Guarantees: all wedges at a point whose groups are of one kind have the same foot, so that
 //! whatever is the same for all wedges at a source point is the same for them too; a point that lies
 //! where its source point does has that for its foot, alone; the same at any thread count. Not
 //! guaranteed: the nearest point where the ball holds more than [`MOST`] triangles.
 //!
-//! Lab note: levels of a head of 8,778 triangles at 50, 25, 12.5 and 6.25 % look at 26, 31, 37 and 48
-//! triangles a point, 414 at most. Without heed of the side its morph targets are off by up to 0.91 %
-//! of the diagonal at 50 %, as points at the mouth's corners find the other lip, with it by 0.64 %.
+//! Lab note: levels of a head of 8,778 triangles at 50, 25, 12.5 and 6.25 % look at 7, 9, 13 and 21
+//! triangles a point, 318 at most. A flood through points instead of edges looks at two to four times as
+//! many, and at the corners of the mouth finds the other lip: morph targets of the first level are then
+//! off by up to 0.91 % of the diagonal, else by 0.64 %. To ask for the same side as well gains nothing.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
@@ -24,7 +25,7 @@ use crate::buckets::Buckets;
 use crate::chain::Level;
 use crate::id::{PointId, TriangleId, WedgeId};
 use crate::mesh::Mesh;
-use crate::triangle::{SAME_SIDE, area_vector, closest_on_triangle};
+use crate::triangle::closest_on_triangle;
 
 /// Most triangles that are looked at for one point, so that no mesh makes it slow: thousands of
 /// slivers may all pass through one ball.
@@ -60,7 +61,7 @@ pub fn find_origins(source: &Mesh, level: &Level, kinds: &[u32]) -> Vec<Origin> 
     let feet: Vec<Origin> = asked
         .par_iter()
         .with_min_len(AT_ONCE)
-        .map_init(FxHashSet::default, |seen, &(_, wedge)| finder.foot(wedge, seen))
+        .map_init(Search::default, |search, &(_, wedge)| finder.foot(wedge, search))
         .collect();
     let foot = |wedge| &feet[asked.partition_point(|(key, _)| *key < finder.key(wedge))];
     wedges.map(|wedge| finder.origin(wedge, foot(wedge))).collect()
@@ -79,9 +80,23 @@ struct Finder<'a> {
     wedges: Buckets,
     /// One per wedge of the source: its group.
     groups: Vec<u32>,
-    /// One per point of the level: the unit normal of its triangles, by their area; zero if they have
-    /// none.
-    normals: Vec<DVec3>,
+}
+
+/// A flood's state, kept for the next.
+#[derive(Default)]
+struct Search {
+    kind: u32,
+    seen: FxHashSet<u32>,
+    /// The triangles to look at and those that were.
+    queue: Vec<u32>,
+}
+
+/// Squared distance from `p` to an edge.
+fn square_to_edge(p: DVec3, ends: [Vec3; 2]) -> f64 {
+    let [a, b] = ends.map(Vec3::as_dvec3);
+    let (edge, to) = (b - a, p - a);
+    let along = (to.dot(edge) / edge.length_squared()).clamp(0.0, 1.0);
+    to.distance_squared(edge * along)
 }
 
 impl<'a> Finder<'a> {
@@ -91,16 +106,10 @@ impl<'a> Finder<'a> {
         for (wedges, &group) in source.triangles.iter().zip(&source.groups) {
             wedges.iter().for_each(|&wedge| groups[wedge] = group);
         }
-        let mut normals = vec![DVec3::ZERO; level.mesh.positions.len()];
-        for triangle in 0..level.mesh.triangles.len() {
-            let area = area_vector(level.mesh.triangle_positions(triangle));
-            level.mesh.triangle_points(triangle).iter().for_each(|&point| normals[point] += area);
-        }
-        normals.iter_mut().for_each(|normal| *normal = normal.normalize_or_zero());
         let at_corners = source.triangles.iter().flatten().map(|&w| source.wedge_points[w].0);
         let corners = Buckets::new(at_corners, points);
         let wedges = Buckets::new(source.wedge_points.iter().map(|p| p.0), points);
-        Self { source, level, kinds, corners, wedges, groups, normals }
+        Self { source, level, kinds, corners, wedges, groups }
     }
 
     /// The kind of a wedge of the source.
@@ -112,63 +121,62 @@ impl<'a> Finder<'a> {
         (self.level.mesh.wedge_points[wedge], self.kind(self.level.wedge_sources[wedge]))
     }
 
-    /// The foot of the point of a level's wedge. `seen` is room to work in.
-    fn foot(&self, wedge: WedgeId, seen: &mut FxHashSet<u32>) -> Origin {
+    /// The foot of the point of a level's wedge. `search` is room to work in.
+    fn foot(&self, wedge: WedgeId, search: &mut Search) -> Origin {
         let (point, kind) = self.key(wedge);
         let own = self.level.wedge_sources[wedge];
+        search.kind = kind;
         // Where shells were joined, a point may stand for one of another kind.
         [self.level.point_sources[point], self.source.wedge_points[own]]
             .into_iter()
-            .find_map(|start| self.flood(point, start, kind, seen))
+            .find_map(|start| self.flood(point, start, search))
             .unwrap_or(Origin { wedges: [own; 3], barycentrics: DVec3::X })
     }
 
     /// The place nearest to a point of the level that is connected with `start` within the ball through
-    /// it, over triangles of one kind, and on the same side if there is one. None if there are none at
-    /// `start`.
-    fn flood(
-        &self,
-        point: PointId,
-        start: PointId,
-        kind: u32,
-        seen: &mut FxHashSet<u32>,
-    ) -> Option<Origin> {
-        let (source, mut queue) = (self.source, Vec::new());
-        let (p, normal) = (self.level.mesh.positions[point].as_dvec3(), self.normals[point]);
+    /// it, over triangles of one kind. None if there are none at `start`.
+    fn flood(&self, point: PointId, start: PointId, search: &mut Search) -> Option<Origin> {
+        let source = self.source;
+        let p = self.level.mesh.positions[point].as_dvec3();
         let reach = p.distance_squared(source.positions[start].as_dvec3());
-        seen.clear();
-        self.spread(start, kind, seen, &mut queue);
-        let mut best: Option<((bool, f64, TriangleId), DVec3)> = None;
+        search.seen.clear();
+        search.queue.clear();
+        self.spread([start; 2], search);
+        let mut best: Option<((f64, TriangleId), DVec3)> = None;
         let mut at = 0;
-        while at < queue.len().min(MOST) {
-            let triangle = TriangleId(queue[at]);
+        while at < search.queue.len() {
+            let triangle = TriangleId(search.queue[at]);
             let corners = source.triangle_positions(triangle.index());
             let (weights, _, square) = closest_on_triangle(p, &corners);
-            let is_behind = area_vector(corners).normalize_or_zero().dot(normal) <= SAME_SIDE;
-            let rank = (is_behind, square, triangle);
-            if best.is_none_or(|best| rank < best.0) {
-                best = Some((rank, weights));
+            if best.is_none_or(|best| (square, triangle) < best.0) {
+                best = Some(((square, triangle), weights));
             }
-            if square <= reach && reach > 0.0 {
-                for point in source.triangle_points(triangle.index()) {
-                    self.spread(point, kind, seen, &mut queue);
+            let points = source.triangle_points(triangle.index());
+            for (from, to) in [(0, 1), (1, 2), (2, 0)] {
+                if reach > 0.0 && square_to_edge(p, [corners[from], corners[to]]) <= reach {
+                    self.spread([points[from], points[to]], search);
                 }
             }
             at += 1;
         }
-        let ((.., triangle), weights) = best?;
+        let ((_, triangle), weights) = best?;
         let kept = weights.map(|weight| if weight < LEAST_SHARE { 0.0 } else { weight });
         let barycentrics = kept / kept.element_sum();
         Some(Origin { wedges: source.triangles[triangle], barycentrics })
     }
 
-    /// Queues the triangles at a point that were not seen yet.
-    fn spread(&self, point: PointId, kind: u32, seen: &mut FxHashSet<u32>, queue: &mut Vec<u32>) {
-        for corner in self.corners.of(point.index()) {
-            let triangle = corner / 3;
-            let group = self.source.groups[triangle as usize];
-            if self.kinds[group as usize] == kind && seen.insert(triangle) {
-                queue.push(triangle);
+    /// Queues the triangles at both of two points that were not seen yet.
+    fn spread(&self, [a, b]: [PointId; 2], search: &mut Search) {
+        let [few, more] = [self.corners.of(a.index()), self.corners.of(b.index())];
+        let (corners, other) = if few.len() <= more.len() { (few, b) } else { (more, a) };
+        for triangle in corners.iter().map(|corner| corner / 3) {
+            if search.queue.len() == MOST {
+                return;
+            }
+            let kind = self.kinds[self.source.groups[triangle as usize] as usize];
+            let is_there = self.source.triangle_points(triangle as usize).contains(&other);
+            if is_there && kind == search.kind && search.seen.insert(triangle) {
+                search.queue.push(triangle);
             }
         }
     }
@@ -201,8 +209,6 @@ impl<'a> Finder<'a> {
 #[cfg(test)]
 mod tests {
     use std::sync::atomic::AtomicUsize;
-
-    use glam::Vec3;
 
     use super::*;
     use crate::chain::{polish_chain, simplify_chain};

@@ -13,9 +13,6 @@ use glam::{DVec3, Vec3};
 /// its normal is then 1e-4 of it.
 const LINE_SINE: f64 = 1e-12;
 
-/// Points whose normals differ by more than this cosine lie on two sheets.
-pub(crate) const SAME_SIDE: f64 = 0.2;
-
 /// Twice a triangle's area times its unit normal.
 pub fn area_vector(corners: [Vec3; 3]) -> DVec3 {
     let [a, b, c] = corners.map(Vec3::as_dvec3);

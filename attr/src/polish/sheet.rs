@@ -9,8 +9,10 @@ use crate::edges::visit_edges;
 use crate::id::TriangleId;
 use crate::mesh::Mesh;
 use crate::surface::Surface;
-use crate::triangle::{SAME_SIDE, area_vector, closest_on_triangle};
+use crate::triangle::{area_vector, closest_on_triangle};
 
+/// Points whose normals differ by more than this cosine lie on two sheets.
+const SAME_SIDE: f64 = 0.2;
 /// Where an edge has not just two triangles there is no neighbor.
 const NONE: u32 = u32::MAX;
 /// From one triangle to the next at most so often: a point moves by a fraction of a level's triangle,
