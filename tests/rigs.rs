@@ -189,17 +189,20 @@ fn what_is_linear_along_a_bar_stays_so() {
             assert_bound(&what, output);
             let mesh = output.gltf.meshes().next().expect("a mesh");
             let primitive = mesh.primitives().next().expect("a primitive");
-            let deltas = primitive.morph_targets().next().and_then(|target| target.positions());
-            let deltas = output.rows(&deltas.expect("deltas"));
+            let target = primitive.morph_targets().next().expect("a target");
+            let stretch = output.rows(&target.positions().expect("deltas"));
+            let turns = output.rows(&target.normals().expect("deltas of normals"));
             let positions = &output.parts(0)[0].positions;
             let bound = influences(output, &primitive);
-            for ((position, influences), delta) in positions.iter().zip(bound).zip(deltas) {
+            for (vertex, (position, influences)) in positions.iter().zip(bound).enumerate() {
                 let second = influences.iter().filter(|&&(joint, _)| joint == 1);
                 let weight: f32 = second.map(|&(_, weight)| weight).sum();
                 let off = (weight - second_share(position[0])).abs();
                 assert!(off < 1e-3 + 2.0 * kind.step(), "{what}: a weight is off by {off}");
-                let off = (delta[0] - position[0].clamp(-1.0, 1.0)).abs();
-                assert!(off < 1e-3, "{what}: a delta is off by {off}");
+                for delta in [stretch[vertex][0], turns[vertex][2]] {
+                    let off = (delta - position[0].clamp(-1.0, 1.0)).abs();
+                    assert!(off < 1e-3, "{what}: a delta is off by {off}");
+                }
             }
         }
     }

@@ -79,8 +79,8 @@ fn skinned(mut build: Build, primitives: Vec<Value>) -> Build {
     build
 }
 
-/// A bar that two joints bend and a morph target stretches to twice its length, its deltas floats or
-/// 16-bit integers.
+/// A bar that two joints bend and a morph target stretches to twice its length, by deltas of floats or
+/// 16-bit integers. Its normals turn by x.
 pub(crate) fn bent_bar(kind: Kind) -> Build {
     let shape = bar(48, 16);
     let mut build = Build::new();
@@ -107,7 +107,8 @@ pub(crate) fn bent_bar(kind: Kind) -> Build {
             accessor
         }
     };
-    primitive["targets"] = json!([{"POSITION": deltas}]);
+    let turns: Vec<[f32; 3]> = shape.positions.iter().map(|p| [0.0, 0.0, p[0]]).collect();
+    primitive["targets"] = json!([{"POSITION": deltas, "NORMAL": build.floats(&turns)}]);
     skinned(build, vec![primitive])
 }
 
