@@ -150,7 +150,15 @@ impl Elements {
 
     /// All components as floats, normalized integers mapped to 0…1 or −1…1 (glTF 2.0 §3.6.2.2).
     pub fn floats(&self) -> Vec<f32> {
-        let bytes = &self.bytes;
+        self.decode(&self.bytes)
+    }
+
+    /// The components of one element as floats, as [`Elements::floats`] gives them.
+    pub fn row(&self, index: usize) -> Vec<f32> {
+        self.decode(self.element(index))
+    }
+
+    fn decode(&self, bytes: &[u8]) -> Vec<f32> {
         let signed = |value: f32, most: f32| {
             if self.normalized { (value / most).max(-1.0) } else { value }
         };
@@ -167,6 +175,31 @@ impl Elements {
             ComponentType::U32 => words(bytes).map(|b| u32::from_le_bytes(b) as f32).collect(),
             ComponentType::F32 => words(bytes).map(f32::from_le_bytes).collect(),
         }
+    }
+
+    /// Floats as components of this type, the inverse of [`Elements::floats`]: integers are the
+    /// nearest there are.
+    pub fn encode(&self, values: impl IntoIterator<Item = f32>) -> Vec<u8> {
+        let scaled =
+            |x: f32, most: f32| if self.normalized { (x * most).round() } else { x.round() };
+        let values = values.into_iter();
+        match self.component {
+            ComponentType::I8 => values.map(|x| scaled(x, 127.0) as i8 as u8).collect(),
+            ComponentType::U8 => values.map(|x| scaled(x, 255.0) as u8).collect(),
+            ComponentType::I16 => {
+                values.flat_map(|x| (scaled(x, 32767.0) as i16).to_le_bytes()).collect()
+            }
+            ComponentType::U16 => {
+                values.flat_map(|x| (scaled(x, 65535.0) as u16).to_le_bytes()).collect()
+            }
+            ComponentType::U32 => values.flat_map(|x| (x.round() as u32).to_le_bytes()).collect(),
+            ComponentType::F32 => values.flat_map(f32::to_le_bytes).collect(),
+        }
+    }
+
+    /// How an element is stored: component type, components, and whether integers are normalized.
+    pub fn shape(&self) -> (ComponentType, usize, bool) {
+        (self.component, self.components, self.normalized)
     }
 
     /// All components as indices.
@@ -223,6 +256,24 @@ mod tests {
         assert_eq!(read(5122, 2, true, &[255, 127, 0, 128]), [1.0, -1.0]);
         assert_eq!(read(5125, 1, false, &[1, 1, 0, 0]), [257.0]);
         assert_eq!(read(5126, 1, false, &2.5f32.to_le_bytes()), [2.5]);
+    }
+
+    #[test]
+    fn what_is_encoded_is_read_back() {
+        for (component, normalized) in [
+            (ComponentType::I8, true),
+            (ComponentType::U8, true),
+            (ComponentType::I16, true),
+            (ComponentType::U16, true),
+            (ComponentType::U8, false),
+            (ComponentType::I16, false),
+            (ComponentType::F32, false),
+        ] {
+            let mut elements = Elements { bytes: Vec::new(), component, components: 2, normalized };
+            elements.bytes = elements.encode([1.0, 0.0, 0.0, 1.0, 1.0, 1.0]);
+            assert_eq!(elements.floats(), [1.0, 0.0, 0.0, 1.0, 1.0, 1.0]);
+            assert_eq!(elements.row(1), [0.0, 1.0]);
+        }
     }
 
     #[test]

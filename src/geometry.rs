@@ -1,9 +1,10 @@
 //! A glTF mesh as one surface.
 //!
 //! All triangle primitives of a mesh are one surface: a material boundary is a seam in it, not a
-//! crack. UVs, normals and `COLOR_0` go through the metric. Tangents are computed anew. Whatever
-//! else a vertex carries (joints, weights, morph targets, further colors, an application's own)
-//! is taken over from the source vertex that a wedge stands for.
+//! crack. UVs, normals and `COLOR_0` go through the metric. Tangents are computed anew. Joints,
+//! weights and morph targets are blended where a level lies on the source; whatever else a vertex
+//! carries (further colors, an application's own) is taken over from the source vertex that a wedge
+//! stands for.
 
 use gltf::json::accessor::ComponentType;
 use rustc_hash::FxHashMap;
@@ -63,6 +64,11 @@ impl Geometry {
         let at = format!("/meshes/{mesh}");
         let welded = weld(&vertices).map_err(|error| Error::invalid(&at, error.to_string()))?;
         Ok((!welded.mesh.triangles.is_empty()).then_some(Self { mesh, welded, parts }))
+    }
+
+    /// The part that a vertex belongs to, by its number among those of all parts.
+    pub(crate) fn part_of(&self, vertex: u32) -> &Part {
+        &self.parts[self.parts.partition_point(|part| part.first <= vertex) - 1]
     }
 }
 

@@ -1,16 +1,18 @@
 //! A level of a surface as primitives again.
 //!
 //! UVs, normals and `COLOR_0` come from the level's wedges, tangents are computed anew, and all
-//! else is taken over from the source vertices that the wedges stand for.
+//! else is taken over from the source as `carry` tells.
 
 use glam::{Vec2, Vec3, Vec4};
 use gltf::json::accessor::ComponentType;
 use rustc_hash::FxHashMap;
-use seamwise_attr::{Level, Mesh, PointId, TangentInput, WedgeId, compute_tangents};
+use seamwise_attr::{Level, Mesh, TangentInput, WedgeId, compute_tangents};
 
 use crate::accessor::Elements;
+use crate::carry::{Carrier, Footing, blend, copy, skin};
 use crate::error::{Error, Result};
 use crate::geometry::{Geometry, Part, is_motion};
+use crate::skin::Named;
 
 /// A primitive of a level, ready to be written.
 #[derive(Clone, Debug)]
@@ -29,85 +31,63 @@ pub struct LevelPart {
 /// # Errors
 /// [`Error::Internal`] if the level does not belong to the geometry.
 pub fn level_parts(geometry: &Geometry, level: &Level) -> Result<Vec<Option<LevelPart>>> {
-    let sources = Sources::new(geometry, level);
-    (0..geometry.parts.len())
-        .map(|group| {
-            let corners = Corners::of_group(&level.mesh, group as u32);
-            if corners.triangles.is_empty() {
-                return Ok(None);
-            }
-            let part = &geometry.parts[group];
-            let tangents = match part.primitive.accessor("TANGENT") {
-                Some(_) => tangents(&level.mesh, &corners, part.normal_uv)?,
-                None => Vec::new(),
-            };
-            let vertices = split_by_tangent(&corners, &tangents);
-            Ok(Some(LevelPart {
-                attributes: part
-                    .primitive
-                    .attributes
-                    .iter()
-                    .map(|(name, _)| {
-                        (name.clone(), attribute(name, part, level, &vertices, &sources))
-                    })
-                    .collect(),
-                targets: part
-                    .targets
-                    .iter()
-                    .map(|target| {
-                        target
-                            .iter()
-                            .map(|(name, elements)| {
-                                let motion = name == "POSITION";
-                                (name.clone(), gather(elements, part, &vertices, &sources, motion))
-                            })
-                            .collect()
-                    })
-                    .collect(),
-                indices: vertices.indices,
-            }))
-        })
-        .collect()
+    let carrier = Carrier::new(geometry, level);
+    (0..geometry.parts.len()).map(|group| level_part(geometry, level, &carrier, group)).collect()
 }
 
-/// Which source vertices a level's wedges stand for.
-struct Sources {
-    /// One per wedge of the level.
-    rest: Vec<u32>,
-    /// One per wedge of the level: a vertex at the point that the wedge's own point stands for,
-    /// so that all wedges at a point move alike.
-    motion: Vec<u32>,
-}
-
-impl Sources {
-    fn new(geometry: &Geometry, level: &Level) -> Self {
-        let source = &geometry.welded;
-        let mut at_point: FxHashMap<(PointId, u32), u32> = FxHashMap::default();
-        for (wedges, &group) in source.mesh.triangles.iter().zip(&source.mesh.groups) {
-            for &wedge in wedges {
-                let vertex = source.wedge_vertices[wedge.index()];
-                at_point.entry((source.mesh.wedge_points[wedge], group)).or_insert(vertex);
-            }
-        }
-        let mut groups = vec![0; level.mesh.wedge_points.len()];
-        for (wedges, &group) in level.mesh.triangles.iter().zip(&level.mesh.groups) {
-            wedges.iter().for_each(|&wedge| groups[wedge] = group);
-        }
-        let rest: Vec<u32> =
-            level.wedge_sources.iter().map(|w| source.wedge_vertices[w.index()]).collect();
-        let motion = level
-            .mesh
-            .wedge_points
-            .iter()
-            .zip(&groups)
-            .zip(&rest)
-            .map(|((&point, &group), &own)| {
-                let stands_for = level.point_sources[point];
-                at_point.get(&(stands_for, group)).copied().unwrap_or(own)
-            })
-            .collect();
-        Self { rest, motion }
+fn level_part(
+    geometry: &Geometry,
+    level: &Level,
+    carrier: &Carrier<'_>,
+    group: usize,
+) -> Result<Option<LevelPart>> {
+    let corners = Corners::of_group(&level.mesh, group as u32);
+    if corners.triangles.is_empty() {
+        return Ok(None);
     }
+    let part = &geometry.parts[group];
+    let tangents = match part.primitive.accessor("TANGENT") {
+        Some(_) => tangents(&level.mesh, &corners, part.normal_uv)?,
+        None => Vec::new(),
+    };
+    let vertices = split_by_tangent(&corners, &tangents);
+    let footings = carrier.footings(part, &vertices.wedges);
+    let carried: Vec<Named> = part
+        .carried
+        .iter()
+        .filter(|(name, _)| !is_motion(name))
+        .map(|(name, elements)| (name.clone(), copy(elements, &footings)))
+        .chain(skin(part, &footings))
+        .collect();
+    let names = part.primitive.attributes.iter().map(|(name, _)| name);
+    Ok(Some(LevelPart {
+        attributes: names
+            .map(|name| (name.clone(), attribute(name, part, level, &vertices, &carried)))
+            .collect(),
+        targets: (0..part.targets.len()).map(|index| target(part, index, &footings)).collect(),
+        indices: vertices.indices,
+    }))
+}
+
+/// A morph target of a level's primitive.
+fn target(part: &Part, index: usize, footings: &[Footing<'_>]) -> Vec<Named> {
+    let moved = |(name, elements): &Named| {
+        let deltas = if is_blended(name) {
+            blend(elements, footings, |part| {
+                let mut target = part.targets.get(index)?.iter();
+                target.find(|(own, _)| own == name).map(|(_, elements)| elements)
+            })
+        } else {
+            copy(elements, footings)
+        };
+        (name.clone(), deltas)
+    };
+    part.targets[index].iter().map(moved).collect()
+}
+
+/// Whether deltas of an attribute mean the same all over a surface: those of UVs do not across a seam.
+fn is_blended(name: &str) -> bool {
+    matches!(name, "POSITION" | "NORMAL" | "TANGENT") || name.starts_with("COLOR_")
 }
 
 /// The triangles of one group over the wedges they use.
@@ -190,7 +170,7 @@ fn attribute(
     part: &Part,
     level: &Level,
     vertices: &LevelVertices,
-    sources: &Sources,
+    carried: &[Named],
 ) -> Elements {
     let (mesh, layout) = (&level.mesh, level.mesh.layout);
     let rows = |offset: usize, components: usize| {
@@ -207,28 +187,14 @@ fn attribute(
         ("TANGENT", _) => float_elements(4, vertices.tangents.iter().flat_map(Vec4::to_array)),
         ("COLOR_0", _) => {
             let (components, component) = part.color.unwrap_or((4, ComponentType::F32));
-            quantize(&rows(layout.color(), components), component)
+            quantize(rows(layout.color(), components), component)
         }
         (_, Some(set)) if set < layout.uv_sets => rows(layout.uv(set), 2),
         _ => {
-            let carried = part.carried.iter().find(|(own, _)| own == name);
-            let (_, elements) = carried.expect("every attribute is made or carried");
-            gather(elements, part, vertices, sources, is_motion(name))
+            let carried = carried.iter().find(|(own, _)| own == name);
+            carried.expect("every attribute is made or carried").1.clone()
         }
     }
-}
-
-/// Takes a carried attribute over from the source vertices.
-fn gather(
-    elements: &Elements,
-    part: &Part,
-    vertices: &LevelVertices,
-    sources: &Sources,
-    motion: bool,
-) -> Elements {
-    let sources = if motion { &sources.motion } else { &sources.rest };
-    let element = |wedge: &WedgeId| elements.element((sources[*wedge] - part.first) as usize);
-    Elements { bytes: vertices.wedges.iter().flat_map(element).copied().collect(), ..*elements }
 }
 
 fn float_elements(components: usize, values: impl Iterator<Item = f32>) -> Elements {
@@ -241,14 +207,11 @@ fn float_elements(components: usize, values: impl Iterator<Item = f32>) -> Eleme
 }
 
 /// Brings 0…1 floats into the type that the file had them in.
-fn quantize(floats: &Elements, component: ComponentType) -> Elements {
-    let values = floats.floats();
-    let bytes = match component {
-        ComponentType::U8 => values.iter().map(|x| (x * 255.0).round() as u8).collect(),
-        ComponentType::U16 => {
-            values.iter().flat_map(|x| ((x * 65535.0).round() as u16).to_le_bytes()).collect()
-        }
-        _ => return floats.clone(),
-    };
-    Elements { bytes, component, components: floats.components, normalized: true }
+fn quantize(floats: Elements, component: ComponentType) -> Elements {
+    if !matches!(component, ComponentType::U8 | ComponentType::U16) {
+        return floats;
+    }
+    let mut quantized = Elements { bytes: Vec::new(), component, normalized: true, ..floats };
+    quantized.bytes = quantized.encode(floats.floats());
+    quantized
 }

@@ -231,7 +231,7 @@ fn assert_weights_sum_to_one(output: &Output) {
         .zip(&positions)
         .map(|(m, p)| (m[1] - (0.5 - 0.5 * p[0])).abs())
         .fold(0.0, f32::max);
-    assert!(off < 0.25, "a morph target is off by {off}");
+    assert!(off < 0.02, "a morph target is off by {off}");
 }
 
 #[test]

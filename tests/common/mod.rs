@@ -6,6 +6,8 @@
 pub(crate) mod assets;
 pub(crate) mod build;
 pub(crate) mod output;
+pub(crate) mod pose;
+pub(crate) mod rigs;
 pub(crate) mod shapes;
 
 use std::path::{Path, PathBuf};

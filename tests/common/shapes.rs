@@ -176,6 +176,20 @@ pub(crate) fn patch(n: u32) -> Shape {
     shape
 }
 
+/// A round bar along x over −1…1, open at its ends, with a seam; 2 · `segments` · `sides` triangles.
+pub(crate) fn bar(segments: u32, sides: u32) -> Shape {
+    let mut shape = Shape::default();
+    for i in 0..=segments {
+        for j in 0..=sides {
+            let [u, v] = [i as f32 / segments as f32, j as f32 / sides as f32];
+            let (sin, cos) = ((j % sides) as f32 / sides as f32 * TAU).sin_cos();
+            shape.vertex([2.0 * u - 1.0, 0.2 * cos, 0.2 * sin], [0.0, cos, sin], [u, v]);
+        }
+    }
+    shape.grid(0, sides + 1, segments + 1);
+    shape
+}
+
 /// A book of `pages` sheets that share a spine: every edge of it has that many triangles.
 pub(crate) fn book(pages: u32, n: u32) -> Shape {
     let mut shape = Shape::default();
