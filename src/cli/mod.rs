@@ -10,6 +10,8 @@ use seamwise::certificate::Screen;
 use seamwise::error::Result;
 use seamwise::evaluate;
 use seamwise::evaluate::scene::Mode;
+use seamwise::images::Encoding;
+use seamwise::limit::MemoryLimit;
 use seamwise::options::{BakeOptions, ReportOptions, Targets, Textures};
 use seamwise::repair::{Background, MeshOptions, RepairOptions};
 use seamwise_attr::Polish;
@@ -27,9 +29,20 @@ pub(crate) struct Cli {
     /// Threads to use; all cores if not given.
     #[arg(long, global = true, value_name = "N")]
     pub(crate) threads: Option<usize>,
+    #[command(flatten)]
+    pub(crate) common: Common,
+}
+
+/// What all jobs share.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct Common {
     /// Say nothing but errors.
     #[arg(long, short, global = true)]
     pub(crate) quiet: bool,
+    /// Most memory that decoding one image may take, as 512MiB or 8GB: a small file can claim any
+    /// size.
+    #[arg(long, global = true, default_value_t, value_name = "SIZE")]
+    pub(crate) memory_limit: MemoryLimit,
 }
 
 /// The jobs.
@@ -142,6 +155,7 @@ impl BakeArgs {
             evaluate: (!self.no_evaluate).then(evaluate::Options::default),
             screen,
             report: self.report.then_some(ReportOptions { threads: self.threads_report }),
+            ..BakeOptions::default()
         })
     }
 }
@@ -181,6 +195,13 @@ pub(crate) struct RepairArgs {
     /// What the texels mean; color if not given, and numbers as they are in an EXR.
     #[arg(long, value_enum)]
     role: Option<RoleName>,
+    /// Quality of JPEGs that are written.
+    #[arg(long, default_value_t = Encoding::default().quality, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=100))]
+    quality: u8,
+    /// Write repaired JPEGs of an asset as PNGs, which lose nothing. A picture is written in the
+    /// format of the output's extension.
+    #[arg(long)]
+    png: bool,
 }
 
 /// `--role`.
@@ -212,6 +233,8 @@ impl RepairArgs {
                 RoleName::Normal => Role::Normal,
                 RoleName::Data => Role::Data,
             }),
+            encoding: Encoding { quality: self.quality, png: self.png },
+            ..RepairOptions::default()
         }
     }
 }

@@ -16,25 +16,25 @@ use exr::prelude::{
 };
 
 use crate::error::{Error, Result};
-use crate::images::MOST_BYTES;
+use crate::limit::MemoryLimit;
 
 /// A channel with its samples, row after row.
 pub(super) type Channel = AnyChannel<FlatSamples>;
 
 /// Reads all layers of a file.
-pub(super) fn decode(bytes: &[u8]) -> Result<FlatImage> {
+pub(super) fn decode(bytes: &[u8], limit: MemoryLimit) -> Result<FlatImage> {
     let fault = |error| match error {
         ExrError::NotSupported(what) => Error::Unsupported { what: what.into_owned() },
         error => Error::invalid("the OpenEXR data", error.to_string()),
     };
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(fault)?;
-    check(&meta)?;
+    check(&meta, limit)?;
     let layers = read().no_deep_data().largest_resolution_level().all_channels().all_layers();
     layers.all_attributes().from_buffered(Cursor::new(bytes)).map_err(fault)
 }
 
 /// Refuses what would take all memory, or come out with something missing.
-fn check(meta: &MetaData) -> Result<()> {
+fn check(meta: &MetaData, limit: MemoryLimit) -> Result<()> {
     let refuse = |what: &str| Err(Error::Unsupported { what: what.to_owned() });
     let mut bytes = 0u64;
     for header in &meta.headers {
@@ -54,7 +54,12 @@ fn check(meta: &MetaData) -> Result<()> {
         let texels = header.layer_size.0 as u64 * header.layer_size.1 as u64;
         bytes = bytes.saturating_add(texels.saturating_mul(header.channels.bytes_per_pixel as u64));
     }
-    if bytes > MOST_BYTES { refuse("an EXR of more than 1 GiB") } else { Ok(()) }
+    if bytes > limit.bytes() {
+        let what =
+            format!("its channels take {} MiB, {}", bytes.div_ceil(1 << 20), limit.exceeded());
+        return Err(Error::invalid("the OpenEXR data", what));
+    }
+    Ok(())
 }
 
 /// Writes all layers to a file.
@@ -171,14 +176,14 @@ pub(super) mod tests {
         // Each set of unknown attributes is written in an order of its own.
         let files: Vec<Vec<u8>> = (0..6).map(|_| encode(sample()).unwrap()).collect();
         assert!(files.iter().all(|file| *file == files[0]));
-        assert_eq!(decode(&files[0]).unwrap().layer_data.len(), 2);
+        assert_eq!(decode(&files[0], MemoryLimit::default()).unwrap().layer_data.len(), 2);
     }
 
     #[test]
     fn a_damaged_file_is_an_error() {
         let file = encode(sample()).unwrap();
         for length in (0..file.len()).step_by(7) {
-            decode(&file[..length]).unwrap_err();
+            decode(&file[..length], MemoryLimit::default()).unwrap_err();
         }
     }
 }

@@ -29,7 +29,8 @@ impl Job<'_> {
             return Err(Error::Unsupported { what });
         }
         let sources = Sources::read(self.options)?;
-        let mut image = decode(bytes).map_err(|error| error.in_file(self.input))?;
+        let mut image =
+            decode(bytes, self.options.memory_limit).map_err(|error| error.in_file(self.input))?;
         let (mut images, mut told) = (Vec::new(), false);
         for layer in &mut image.layer_data {
             let report = self.layer(layer, &sources, &mut told)?;
@@ -179,6 +180,7 @@ fn fill_group(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::limit::MemoryLimit;
     use crate::repair::exr_file::tests::{SIZE, sample};
     use crate::repair::{Background, RepairOptions, repair_file};
     use exr::prelude::{Compression, FlatImage};
@@ -214,7 +216,7 @@ mod tests {
         let before = sample();
         let file =
             repair(before.clone(), &masked(folder.path(), SIZE as u32), folder.path()).unwrap();
-        let after = decode(&file).unwrap();
+        let after = decode(&file, MemoryLimit::default()).unwrap();
         for (before, after) in before.layer_data.iter().zip(&after.layer_data) {
             assert_eq!(before.attributes, after.attributes);
             for (before, after) in before.channel_data.list.iter().zip(&after.channel_data.list) {
@@ -243,7 +245,8 @@ mod tests {
             // Nothing to repair in one layer is no reason to leave the other.
             channel.sample_data = FlatSamples::F32(vec![2.0; SIZE * SIZE]);
         }
-        let after = decode(&repair(before, &none, folder.path()).unwrap()).unwrap();
+        let file = repair(before, &none, folder.path()).unwrap();
+        let after = decode(&file, MemoryLimit::default()).unwrap();
         let filled = &after.layer_data[0].channel_data.list[2];
         let value = filled.sample_data.value_by_flat_index(50).to_f32();
         assert!((value - 100.0 / 7.0).abs() < 0.5, "{}: {value}", filled.name);

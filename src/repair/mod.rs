@@ -12,9 +12,11 @@
 
 mod exr_file;
 mod layers;
-pub(crate) mod picture;
+mod picture;
+pub(crate) mod picture_file;
 mod report;
 mod sources;
+mod tiff_file;
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -26,6 +28,8 @@ use serde_json::Value;
 use crate::asset::Asset;
 use crate::atlas::{ImageRepair, encode_repaired, repair_all};
 use crate::error::{Error, Result};
+use crate::images::{Encoding, detect_format};
+use crate::limit::MemoryLimit;
 use crate::read::{folder_of, read_bytes};
 use crate::write::{refuse_overwriting, to_glb, write_files};
 
@@ -46,6 +50,10 @@ pub struct RepairOptions {
     /// What the texels mean; [`Role::Color`] if not given. An EXR's channels are filled as they are
     /// stored, whatever they mean.
     pub role: Option<Role>,
+    /// Most memory that decoding one image may take.
+    pub memory_limit: MemoryLimit,
+    /// How images are encoded.
+    pub encoding: Encoding,
 }
 
 /// The mesh that wears a picture: all triangle primitives of a glTF file, wherever its nodes put
@@ -118,7 +126,7 @@ impl Kind {
         if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
             return Ok(Self::Exr);
         }
-        match image::guess_format(bytes).ok().filter(ImageFormat::reading_enabled) {
+        match detect_format(bytes) {
             Some(format) => Ok(Self::Picture(format)),
             None => Err(Error::Unsupported { what: format!("{}: such a file", path.display()) }),
         }
@@ -169,14 +177,16 @@ impl Job<'_> {
 
     fn asset(&self, bytes: &[u8]) -> Result<(Vec<u8>, RepairReport)> {
         self.expect_extension("glb")?;
-        if *self.options != RepairOptions::default() {
+        let RepairOptions { mesh, mask, background, role, memory_limit, encoding } = self.options;
+        let own = mesh.is_none() && mask.is_none() && role.is_none();
+        if !own || *background != Background::Auto {
             let what = "mesh, mask, background and role are for pictures: an asset has its own";
             return Err(Error::Options { what: format!("{}: {what}", self.input.display()) });
         }
         let run = || {
             let asset = read_bytes(bytes, folder_of(self.input))?;
-            let repairs = repair_all(&asset)?;
-            let images = encode_repaired(&asset, &repairs)?;
+            let repairs = repair_all(&asset, *memory_limit)?;
+            let images = encode_repaired(&asset, &repairs, *encoding)?;
             let report = repairs.iter().map(|repair| asset_image(&asset, repair)).collect();
             let glb = to_glb(&Asset { images, ..asset })?;
             Ok((glb, RepairReport { images: report }))
