@@ -5,13 +5,13 @@ use std::io::Cursor;
 use image::codecs::hdr::HdrEncoder;
 use image::codecs::jpeg::JpegEncoder;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use image::error::{EncodingError, UnsupportedError, UnsupportedErrorKind};
+use image::error::{DecodingError, EncodingError, UnsupportedError, UnsupportedErrorKind};
 use image::{ColorType, DynamicImage, ImageDecoder, ImageEncoder, ImageError, ImageReader};
 
 use crate::asset::{EncodedImage, ImageFormat};
 use crate::error::{Error, Result};
 use crate::limit::MemoryLimit;
-use crate::metadata::Metadata;
+use crate::metadata::{Metadata, jpeg_ends};
 
 /// How some Radiance HDR files begin, which the image crate knows only by their other name.
 pub(crate) const RGBE: &[u8] = b"#?RGBE";
@@ -45,12 +45,16 @@ pub fn decode(image: &EncodedImage, at: &str, limit: MemoryLimit) -> Result<Dyna
 }
 
 /// The decoder of an image file, which takes no more memory for anything but texels than the
-/// limit.
+/// limit. A JPEG that ends early is refused: the decoder would take what is missing for gray.
 pub(crate) fn open(
     bytes: &[u8],
     format: image::ImageFormat,
     limit: MemoryLimit,
 ) -> image::ImageResult<impl ImageDecoder> {
+    if format == image::ImageFormat::Jpeg && !jpeg_ends(bytes) {
+        let error = DecodingError::new(format.into(), "its data ends early");
+        return Err(ImageError::Decoding(error));
+    }
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     reader.limits(limit.to_limits());
     reader.into_decoder()

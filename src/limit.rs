@@ -1,6 +1,9 @@
 //! How much memory an image from a file may take: a few bytes can claim any number of texels.
 
 use std::fmt;
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
 use std::str::FromStr;
 
 use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, Limits};
@@ -63,6 +66,18 @@ impl MemoryLimit {
     /// The end of a message about what was refused.
     pub(crate) fn exceeded(self) -> String {
         format!("more than the limit of {self}; --memory-limit allows more")
+    }
+
+    /// Reads a file that is to be decoded.
+    pub(crate) fn read_file(self, path: &Path) -> Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        let read = |file: File| file.take(self.bytes.saturating_add(1)).read_to_end(&mut bytes);
+        File::open(path).and_then(read).map_err(|error| Error::io(path, error))?;
+        if bytes.len() as u64 > self.bytes {
+            let what = format!("the file has {}", self.exceeded());
+            return Err(Error::invalid(path.display().to_string(), what));
+        }
+        Ok(bytes)
     }
 
     /// Decodes an image; says what is wrong with it otherwise.

@@ -21,6 +21,9 @@ const COLOR_CHUNKS: [&[u8; 4]; 7] = [b"iCCP", b"sRGB", b"gAMA", b"cHRM", b"cICP"
 /// Where chunks begin in a PNG, and where those behind its header do.
 const PNG_START: usize = 8;
 const PNG_AFTER_HEADER: usize = 33;
+/// JPEG markers.
+const SCAN: u8 = 0xda;
+const END: u8 = 0xd9;
 /// A JFIF segment without a preview.
 const JFIF_LENGTH: usize = 18;
 
@@ -56,6 +59,7 @@ impl Metadata {
         };
         let xmp = if format == ImageFormat::WebP { decoder.xmp_metadata()? } else { None };
         let (icc, exif) = (decoder.icc_profile()?, decoder.exif_metadata()?);
+        let exif = exif.or_else(|| if format == ImageFormat::Png { png_exif(bytes) } else { None });
         Ok(Self { parts, icc, exif, xmp, ..Self::of_container(format) })
     }
 
@@ -144,6 +148,12 @@ fn png_chunks(bytes: &[u8]) -> impl Iterator<Item = ([u8; 4], &[u8])> {
     })
 }
 
+/// EXIF, which may stand behind the texels, where a decoder of the header does not look.
+fn png_exif(bytes: &[u8]) -> Option<Vec<u8>> {
+    let (_, chunk) = png_chunks(bytes).find(|(name, _)| name == b"eXIf")?;
+    Some(chunk[8..chunk.len() - 4].to_vec())
+}
+
 fn png_parts(bytes: &[u8]) -> Vec<u8> {
     let is_carried = |name: &[u8; 4]| {
         let [is_ancillary, is_safe] = [name[0], name[3]].map(|byte| byte & 0x20 != 0);
@@ -155,22 +165,40 @@ fn png_parts(bytes: &[u8]) -> Vec<u8> {
 
 /// The segments of a JPEG before its first scan, each whole: 0xff, marker, length, payload.
 fn jpeg_segments(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let before_scan = |segment: &&[u8]| segment[1] != SCAN;
+    all_jpeg_segments(bytes).take_while(before_scan).filter(|segment| segment.len() > 2)
+}
+
+/// All segments of a JPEG, a scan's without the data that follow it, and its end: 0xff, 0xd9.
+fn all_jpeg_segments(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
     let mut at = 2;
+    let mut in_scan = false;
     std::iter::from_fn(move || {
-        // Any number of 0xff may stand before a marker.
-        while bytes.get(at..)?.starts_with(&[0xff, 0xff]) {
-            at += 1;
-        }
-        let &[0xff, marker, high, low] = bytes.get(at..)?.first_chunk()? else { return None };
-        // The start of a scan and the end of the image.
-        if matches!(marker, 0xd9 | 0xda) {
-            return None;
-        }
-        let length = usize::from(u16::from_be_bytes([high, low])).max(2);
+        // Any number of 0xff may stand before a marker; in a scan, 0 and restarts are data.
+        let marker = loop {
+            let marker = *bytes.get(at + 1)?;
+            match (bytes[at], marker) {
+                (0xff, 0xff) => at += 1,
+                (0xff, 0 | 0xd0..=0xd7) if in_scan => at += 2,
+                (0xff, _) => break marker,
+                _ if in_scan => at += 1,
+                _ => return None,
+            }
+        };
+        let length = match marker {
+            END => 0,
+            _ => usize::from(u16::from_be_bytes(*bytes.get(at + 2..)?.first_chunk()?)).max(2),
+        };
         let segment = bytes.get(at..at + 2 + length)?;
-        at += segment.len();
+        at = if marker == END { bytes.len() } else { at + segment.len() };
+        in_scan = marker == SCAN;
         Some(segment)
     })
+}
+
+/// Whether a JPEG has its end.
+pub(crate) fn jpeg_ends(bytes: &[u8]) -> bool {
+    all_jpeg_segments(bytes).any(|segment| segment[1] == END)
 }
 
 fn is_jfif(segments: &[u8]) -> bool {
@@ -271,6 +299,15 @@ mod tests {
         let density = segment(0xe0, b"JFIF\0\x01\x02\x01\x01\x2c\x01\x2c\0\0");
         assert_eq!(jpeg_parts(&bytes), [density, exif].concat());
         assert_eq!(jpeg_components(&bytes), Some(4));
+        assert!(!jpeg_ends(&bytes));
+        let scan = segment(0xda, &[0, 0xff, END]);
+        for (data, ends) in [
+            (&[1, 0xff, 0, 0xd9, 0xff, 0xd3, 7][..], false),
+            (&[1, 0xff, 0, 2, 0xff, 0xff, END, 9], true),
+        ] {
+            let more = [segment(0xc4, &[0xff, END]), scan.clone(), data.to_vec()].concat();
+            assert_eq!(jpeg_ends(&[&bytes[..bytes.len() - 6], &more].concat()), ends);
+        }
     }
 
     #[test]
@@ -281,7 +318,7 @@ mod tests {
             for length in 0..=bytes.len() {
                 let bytes = &bytes[..length];
                 let _ = (png_parts(bytes), jpeg_parts(bytes), hdr_parts(bytes));
-                let _ = (png_widening(bytes), jpeg_components(bytes));
+                let _ = (png_widening(bytes), jpeg_components(bytes), jpeg_ends(bytes));
                 assert!(!is_animated(bytes, ImageFormat::Png));
                 assert!(!is_animated(bytes, ImageFormat::WebP));
             }

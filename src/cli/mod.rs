@@ -165,10 +165,14 @@ impl BakeArgs {
 #[command(after_help = "Examples:\n  \
     seamwise repair scan.glb -o repaired.glb\n  \
     seamwise repair atlas.png -o repaired.png --background '#ff00ff'\n  \
+    seamwise repair scan.glb -o repaired.glb --png --memory-limit 8GB\n  \
     seamwise repair light.exr -o repaired.exr --mesh room.glb --uv-set 1 --mesh-name walls\n\n\
     An asset knows which of its texels are used. For a picture, --mesh, --mask and --background\n\
     tell; a texel must pass all that are given. Valid texels stay as they are, except in JPEGs,\n\
-    which are compressed anew. In an EXR, NaN and infinities are never valid.")]
+    which are compressed anew (--quality), unless the output is a .png or, for an asset, --png is\n\
+    given. A .webp is written losslessly, a .tif in the compression it came in where that is\n\
+    lossless, and a palette as RGB. ICC profile, EXIF, density and texts stay within a format; what\n\
+    does not is said. In an EXR, NaN and infinities are never valid.")]
 pub(crate) struct RepairArgs {
     /// A .glb or .gltf, of which all images are repaired, or a .png, .jpg, .webp, .tif, .hdr or
     /// .exr.

@@ -39,7 +39,12 @@ impl Job<'_> {
         if !told {
             return Err(self.nothing_tells());
         }
-        let file = encode(image).map_err(|error| Error::Internal { what: error.to_string() })?;
+        // What was read may still be more than the format allows: layers of one name, for one.
+        let unwritable = |error: exr::error::Error| {
+            let what = format!("it can't be written again: {error}");
+            Error::invalid(self.input.display().to_string(), what)
+        };
+        let file = encode(image).map_err(unwritable)?;
         Ok((file, RepairReport { images }))
     }
 

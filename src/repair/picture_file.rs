@@ -9,6 +9,7 @@ use std::path::Path;
 
 use image::{DynamicImage, ImageError, ImageFormat};
 
+use super::reencoded;
 use super::tiff_file::{self, Frame};
 use crate::error::{Error, Result};
 use crate::images::{RGBE, detect_format, open, write};
@@ -30,7 +31,7 @@ pub(crate) struct Picture {
 impl Picture {
     /// Reads a picture of any format that its first bytes tell.
     pub(crate) fn read(path: &Path, limit: MemoryLimit) -> Result<Self> {
-        let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
+        let bytes = limit.read_file(path)?;
         let Some(format) = detect_format(&bytes) else {
             return Err(Error::Unsupported { what: format!("{}: such a file", path.display()) });
         };
@@ -80,7 +81,7 @@ impl Picture {
                 let file = tiff_file::encode(&self.texels, frame);
                 return file.map(|file| (file, notes)).map_err(|error| error.to_string());
             }
-            ImageFormat::Jpeg => notes.push(format!("it is encoded anew at quality {quality}")),
+            ImageFormat::Jpeg => notes.push(reencoded(quality)),
             ImageFormat::WebP => notes.push("it is written losslessly".to_owned()),
             _ => {}
         }

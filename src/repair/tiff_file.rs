@@ -10,7 +10,7 @@
 
 use std::io::Cursor;
 
-use image::{DynamicImage, ImageFormat, Rgb32FImage};
+use image::{DynamicImage, GrayAlphaImage, ImageBuffer, ImageFormat, Rgb32FImage};
 use tiff::decoder::{Decoder, DecodingResult, Limits};
 use tiff::encoder::colortype::{self, ColorType};
 use tiff::encoder::compression::DeflateLevel;
@@ -111,26 +111,52 @@ pub(super) fn decode(bytes: &[u8], limit: MemoryLimit) -> Result<(DynamicImage, 
         return Err(Error::Unsupported { what: what.to_owned() });
     }
     let refused = |what: String| Error::invalid(at, what);
-    if frame.gray_floats {
-        let (width, height) = decoder.dimensions().map_err(fault)?;
-        let texels = u64::from(width) * u64::from(height);
-        // The samples, and three for each of them.
-        limit
-            .check([width.into(), height.into()], texels.saturating_mul(16))
-            .map_or(Ok(()), |what| Err(refused(what)))?;
-        let DecodingResult::F32(samples) = decoder.read_image().map_err(fault)? else {
-            return Err(refused("gray floats of another kind".to_owned()));
-        };
-        let samples = samples.into_iter().flat_map(|sample| [sample; 3]).collect();
-        let image = Rgb32FImage::from_raw(width, height, samples);
-        let image = image.ok_or_else(|| refused("samples are missing".to_owned()))?;
-        return Ok((image.into(), frame));
+    if let Some(image) = read_beyond_rgb(&mut decoder, limit).map_err(refused)? {
+        return Ok((image, frame));
     }
     let format = ImageFormat::Tiff;
     let image = open(bytes, format, limit)
         .map_err(|error| limit.explain(&error))
         .and_then(|decoder| limit.decode(decoder, format));
     Ok((image.map_err(refused)?, frame))
+}
+
+/// Texels of the kinds that the image crate does not read: gray floats, as RGB, and gray with
+/// alpha.
+fn read_beyond_rgb(
+    decoder: &mut Decoder<Cursor<&[u8]>>,
+    limit: MemoryLimit,
+) -> std::result::Result<Option<DynamicImage>, String> {
+    let said = |error: TiffError| error.to_string();
+    let samples = match decoder.colortype().map_err(said)? {
+        tiff::ColorType::Gray(32) => 1,
+        tiff::ColorType::Multiband { num_samples: 2, bit_depth: 8 | 16 } => 2,
+        _ => return Ok(None),
+    };
+    let (width, height) = decoder.dimensions().map_err(said)?;
+    // In four bytes at most, and what they become.
+    let bytes = u64::from(width) * u64::from(height) * 4 * if samples == 1 { 4 } else { 2 };
+    if let Some(what) = limit.check([width.into(), height.into()], bytes) {
+        return Err(what);
+    }
+    let planes = decoder.find_tag_unsigned::<u16>(Tag::PlanarConfiguration).map_err(said)?;
+    if samples > 1 && planes.is_some_and(|kind| kind != 1) {
+        return Err("gray and alpha in two planes".to_owned());
+    }
+    let image = match (samples, decoder.read_image().map_err(said)?) {
+        (1, DecodingResult::F32(gray)) => {
+            let color = gray.into_iter().flat_map(|sample| [sample; 3]).collect();
+            Rgb32FImage::from_raw(width, height, color).map(DynamicImage::from)
+        }
+        (2, DecodingResult::U8(raw)) => {
+            GrayAlphaImage::from_raw(width, height, raw).map(DynamicImage::from)
+        }
+        (2, DecodingResult::U16(raw)) => {
+            ImageBuffer::from_raw(width, height, raw).map(DynamicImage::ImageLumaA16)
+        }
+        _ => return Err("its samples are of a kind that is not read".to_owned()),
+    };
+    image.map(Some).ok_or_else(|| "samples are missing".to_owned())
 }
 
 fn read_frame(decoder: &mut Decoder<Cursor<&[u8]>>) -> TiffResult<Frame> {
