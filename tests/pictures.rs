@@ -310,7 +310,9 @@ fn an_exr_keeps_windows_attributes_layers_and_lossless_compression() {
         }
     }
     // Half floats survive PXR24, floats do not: that layer is compressed otherwise.
-    let after = read_exr(&rewrite(&exr_file(&exr(Compression::PXR24)), "exr").unwrap().0);
+    let (file, said) = rewrite(&exr_file(&exr(Compression::PXR24)), "exr").unwrap();
+    assert_eq!(said.matches("instead").count(), 1, "{said}");
+    let after = read_exr(&file);
     let found = [0, 1].map(|layer| after.layer_data[layer].encoding.compression);
     assert_eq!(found, [Compression::PXR24, Compression::ZIP16]);
 }

@@ -11,8 +11,8 @@ use exr::error::Error as ExrError;
 use exr::meta::BlockDescription;
 use exr::meta::attribute::LevelMode;
 use exr::prelude::{
-    AnyChannel, Compression, FlatImage, FlatSamples, LineOrder, MetaData, ReadChannels, ReadLayers,
-    SampleType, Vec2, WritableImage, read,
+    AnyChannel, AnyChannels, Compression, FlatImage, FlatSamples, Layer, LineOrder, MetaData,
+    ReadChannels, ReadLayers, SampleType, Vec2, WritableImage, read,
 };
 
 use crate::error::{Error, Result};
@@ -20,6 +20,12 @@ use crate::limit::MemoryLimit;
 
 /// A channel with its samples, row after row.
 pub(super) type Channel = AnyChannel<FlatSamples>;
+
+/// A layer of such channels.
+pub(super) type AnyLayer = Layer<AnyChannels<FlatSamples>>;
+
+/// What takes the place of a compression that loses something.
+pub(super) const LOSSLESS: Compression = Compression::ZIP16;
 
 /// Reads all layers of a file.
 pub(super) fn decode(bytes: &[u8], limit: MemoryLimit) -> Result<FlatImage> {
@@ -62,13 +68,18 @@ fn check(meta: &MetaData, limit: MemoryLimit) -> Result<()> {
     Ok(())
 }
 
+/// Whether a layer's compression would change its samples once more.
+pub(super) fn loses(layer: &AnyLayer) -> bool {
+    let compression = layer.encoding.compression;
+    let exact = |channel: &Channel| compression.is_lossless_for(sample_type(channel));
+    !layer.channel_data.list.iter().all(exact)
+}
+
 /// Writes all layers to a file.
 pub(super) fn encode(mut image: FlatImage) -> exr::error::Result<Vec<u8>> {
     for layer in &mut image.layer_data {
-        let compression = layer.encoding.compression;
-        let exact = |channel: &Channel| compression.is_lossless_for(sample_type(channel));
-        if !layer.channel_data.list.iter().all(exact) {
-            layer.encoding.compression = Compression::ZIP16;
+        if loses(layer) {
+            layer.encoding.compression = LOSSLESS;
         }
         // Otherwise blocks would be written as threads finish them.
         if layer.encoding.line_order == LineOrder::Unspecified {
@@ -123,9 +134,7 @@ pub(super) fn sample_type(channel: &Channel) -> SampleType {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use exr::prelude::{
-        AnyChannels, AttributeValue, Encoding, ImageAttributes, Layer, LayerAttributes, Text, f16,
-    };
+    use exr::prelude::{AttributeValue, Encoding, ImageAttributes, LayerAttributes, Text, f16};
 
     pub(in crate::repair) const SIZE: usize = 12;
 

@@ -9,17 +9,15 @@
 //! Guaranteed: no NaN or infinity is left in a channel that has one valid sample; valid samples
 //! keep their bits, f16 or f32.
 
-use exr::prelude::{AnyChannels, FlatSamples, Layer, SampleType, Vec2, f16};
+use exr::prelude::{FlatSamples, SampleType, Vec2, f16};
 use image::{DynamicImage, Rgb32FImage};
 use seamwise_texture::{Outcome, Part, Plane, Role, Validity, fill_holes};
 
-use super::exr_file::{Channel, decode, encode, sample_type};
+use super::exr_file::{AnyLayer, Channel, LOSSLESS, decode, encode, loses, sample_type};
 use super::report::{ImageReport, RepairReport};
 use super::sources::Sources;
 use super::{Job, WRAP};
 use crate::error::{Error, Result};
-
-type AnyLayer = Layer<AnyChannels<FlatSamples>>;
 
 impl Job<'_> {
     pub(super) fn exr(&self, bytes: &[u8]) -> Result<(Vec<u8>, RepairReport)> {
@@ -60,6 +58,10 @@ impl Job<'_> {
             None => self.input.file_name().unwrap_or_default().to_string_lossy().into_owned(),
         };
         let mut report = ImageReport { name, role: Some(Role::Data), ..ImageReport::default() };
+        if loses(layer) {
+            let [own, other] = [layer.encoding.compression, LOSSLESS];
+            report.notes.push(format!("{own} would change valid samples: {other} is used instead"));
+        }
         if layer.channel_data.list.iter().all(is_integer) {
             report.left_alone = Some("its channels are integers".to_owned());
             return Ok(report);

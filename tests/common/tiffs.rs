@@ -74,8 +74,8 @@ pub(crate) fn two_pages() -> Vec<u8> {
 /// A large file's header, with offsets of 64 bits.
 pub(crate) fn big() -> Vec<u8> {
     let mut bytes = Cursor::new(Vec::new());
-    let mut file = TiffEncoder::new_big(&mut bytes).expect("a header");
-    file.write_image::<RGB8>(SIDE, SIDE, texels().as_bytes()).expect("texels");
-    drop(file);
+    let file = TiffEncoder::new_big(&mut bytes);
+    let page = texels().into_rgb8();
+    file.and_then(|mut file| file.write_image::<RGB8>(SIDE, SIDE, &page)).expect("texels");
     bytes.into_inner()
 }
