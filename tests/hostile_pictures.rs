@@ -3,10 +3,15 @@
 
 mod common;
 
+use std::io::Cursor;
 use std::path::Path;
 
 use common::{crc, files, tiffs, within};
-use exr::prelude::Compression;
+use exr::math::RoundingMode;
+use exr::prelude::{
+    AnyChannel, AnyChannels, Blocks, Compression, FlatSamples, Image, Layer, Levels, Vec2,
+    WritableImage, f16,
+};
 use image::ImageFormat;
 use seamwise::limit::MemoryLimit;
 use seamwise::repair::{Background, RepairOptions, repair_bytes, repair_file};
@@ -210,6 +215,41 @@ fn an_exr_with_a_bad_table_or_of_a_kind_we_lack_is_refused() {
             assert_eq!(file, rewrite(&whole, "exr").unwrap(), "a table that is not needed");
         }
     }
+}
+
+#[test]
+fn an_exr_of_tiles_stays_one_and_one_with_mip_levels_is_refused() {
+    let mut image = files::exr(Compression::ZIP16);
+    image.layer_data.truncate(1);
+    let layer = &mut image.layer_data[0];
+    layer.encoding.blocks = Blocks::Tiles(Vec2(5, 7));
+    let whole = files::exr_file(&image);
+    let file = rewrite(&whole, "exr").unwrap();
+    let blocks = |bytes: &[u8]| {
+        let meta = exr::meta::MetaData::read_from_buffered(bytes, false).expect("a header");
+        meta.headers[0].blocks
+    };
+    assert_eq!(blocks(&file), blocks(&whole));
+    let layer = &image.layer_data[0];
+    let half = |samples: usize| FlatSamples::F16(vec![f16::ONE; samples]);
+    let side = files::SIDE as usize;
+    let mips = |channel: &AnyChannel<FlatSamples>| {
+        let levels = [side, side / 2, side / 4, 1].map(|side| half(side * side));
+        let sample_data =
+            Levels::Mip { rounding_mode: RoundingMode::Down, level_data: levels.into() };
+        AnyChannel {
+            name: channel.name.clone(),
+            sample_data,
+            quantize_linearly: channel.quantize_linearly,
+            sampling: channel.sampling,
+        }
+    };
+    let channels = AnyChannels::sort(layer.channel_data.list.iter().map(mips).collect());
+    let layer = Layer::new(layer.size, layer.attributes.clone(), layer.encoding, channels);
+    let mut file = Cursor::new(Vec::new());
+    Image::from_layer(layer).write().to_buffered(&mut file).expect("an EXR");
+    let error = rewrite(&file.into_inner(), "exr").unwrap_err();
+    assert!(error.contains("mip levels"), "{error}");
 }
 
 /// An EXR that says its layers are of another type.
