@@ -95,7 +95,7 @@ fn refuse(bytes: &[u8], format: ImageFormat) -> Result<()> {
     let what = if is_animated(bytes, format) {
         "an animation"
     } else if format == ImageFormat::Jpeg && jpeg_components(bytes) == Some(4) {
-        "a CMYK JPEG; convert it to RGB by its color profile first: it"
+        "a CMYK JPEG (convert it to RGB by its color profile first)"
     } else {
         return Ok(());
     };

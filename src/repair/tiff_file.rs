@@ -91,7 +91,9 @@ impl Frame {
 pub(super) fn decode(bytes: &[u8], limit: MemoryLimit) -> Result<(DynamicImage, Frame)> {
     let at = "the TIFF data";
     let fault = |error: TiffError| match error {
-        TiffError::UnsupportedError(what) => Error::Unsupported { what: what.to_string() },
+        TiffError::UnsupportedError(what) => {
+            Error::Unsupported { what: format!("a TIFF of this kind ({what})") }
+        }
         TiffError::LimitsExceeded => Error::invalid(at, format!("it takes {}", limit.exceeded())),
         other => Error::invalid(at, other.to_string()),
     };
@@ -107,7 +109,7 @@ pub(super) fn decode(bytes: &[u8], limit: MemoryLimit) -> Result<(DynamicImage, 
     if let tiff::ColorType::CMYK(_) | tiff::ColorType::CMYKA(_) =
         decoder.colortype().map_err(fault)?
     {
-        let what = "a CMYK TIFF; convert it to RGB by its color profile first: it";
+        let what = "a CMYK TIFF (convert it to RGB by its color profile first)";
         return Err(Error::Unsupported { what: what.to_owned() });
     }
     let refused = |what: String| Error::invalid(at, what);
@@ -172,6 +174,9 @@ fn read_frame(decoder: &mut Decoder<Cursor<&[u8]>>) -> TiffResult<Frame> {
     let formats = decoder.find_tag_unsigned_vec::<u16>(Tag::SampleFormat)?;
     let floats = formats.is_some_and(|formats| formats.iter().all(|&format| format == 3));
     frame.gray_floats = floats && decoder.colortype()? == tiff::ColorType::Gray(32);
+    if decoder.colortype()? == tiff::ColorType::Gray(1) {
+        frame.notes.push("gray of 1 bit is widened to 8 bit".to_owned());
+    }
     frame.tags = entries(decoder, None, CARRIED.iter().copied())?;
     for (tag, folder) in FOLDERS.into_iter().zip(&mut frame.folders) {
         let Some(offset) = decoder.find_tag_unsigned::<u64>(Tag::from_u16_exhaustive(tag))? else {
