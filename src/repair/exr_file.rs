@@ -104,7 +104,8 @@ fn sort_attributes(file: &mut [u8]) -> Option<()> {
         let mut attributes: Vec<(Vec<u8>, Vec<u8>)> = Vec::new();
         let mut end = start;
         while *file.get(end)? != 0 {
-            let text = |at: usize| file.get(at..)?.iter().position(|&byte| byte == 0);
+            // No text is empty: the exr crate takes the first byte for a letter whatever it is.
+            let text = |at: usize| Some(1 + file.get(at + 1..)?.iter().position(|&b| b == 0)?);
             let name = text(end)?;
             let size_at = end + name + 1 + text(end + name + 1)? + 1;
             let size = u32::from_le_bytes(file.get(size_at..size_at + 4)?.try_into().ok()?);
@@ -186,6 +187,16 @@ pub(super) mod tests {
         let files: Vec<Vec<u8>> = (0..6).map(|_| encode(sample()).unwrap()).collect();
         assert!(files.iter().all(|file| *file == files[0]));
         assert_eq!(decode(&files[0], MemoryLimit::default()).unwrap().layer_data.len(), 2);
+    }
+
+    #[test]
+    fn a_type_that_begins_with_a_zero_does_not_mix_the_header_up() {
+        let mut image = sample();
+        let odd = AttributeValue::Custom { kind: Text::from("\0x"), bytes: vec![1, 2].into() };
+        image.layer_data[0].attributes.other.insert(Text::from("odd"), odd);
+        let file = encode(image.clone()).unwrap();
+        let back = decode(&file, MemoryLimit::default()).unwrap();
+        assert_eq!(back.layer_data[0].attributes, image.layer_data[0].attributes);
     }
 
     #[test]
