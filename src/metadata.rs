@@ -14,7 +14,10 @@
 //! TIFF has tags instead, see `repair::tiff_file`. From one container to another go the ICC profile
 //! and EXIF, where the other has a place for them.
 
-use image::{ImageDecoder, ImageFormat, ImageResult};
+use std::io::Cursor;
+
+use image::error::DecodingError;
+use image::{ImageDecoder, ImageError, ImageFormat, ImageResult};
 
 /// Chunks that tell colors, which hold as long as texels keep their color space.
 const COLOR_CHUNKS: [&[u8; 4]; 7] = [b"iCCP", b"sRGB", b"gAMA", b"cHRM", b"cICP", b"mDCV", b"cLLI"];
@@ -51,16 +54,31 @@ impl Metadata {
         format: ImageFormat,
         decoder: &mut impl ImageDecoder,
     ) -> ImageResult<Self> {
+        if format == ImageFormat::WebP {
+            return Self::read_webp(bytes)
+                .map_err(|error| ImageError::Decoding(DecodingError::new(format.into(), error)));
+        }
         let parts = match format {
             ImageFormat::Png => png_parts(bytes),
             ImageFormat::Jpeg => jpeg_parts(bytes),
             ImageFormat::Hdr => hdr_parts(bytes),
             _ => Vec::new(),
         };
-        let xmp = if format == ImageFormat::WebP { decoder.xmp_metadata()? } else { None };
         let (icc, exif) = (decoder.icc_profile()?, decoder.exif_metadata()?);
         let exif = exif.or_else(|| if format == ImageFormat::Png { png_exif(bytes) } else { None });
-        Ok(Self { parts, icc, exif, xmp, ..Self::of_container(format) })
+        Ok(Self { parts, icc, exif, ..Self::of_container(format) })
+    }
+
+    /// What a WebP holds. The image crate believes the lengths of its chunks, up to 4 GiB.
+    fn read_webp(bytes: &[u8]) -> std::result::Result<Self, image_webp::DecodingError> {
+        let mut decoder = image_webp::WebPDecoder::new(Cursor::new(bytes))?;
+        decoder.set_memory_limit(bytes.len());
+        Ok(Self {
+            icc: decoder.icc_profile()?,
+            exif: decoder.exif_metadata()?,
+            xmp: decoder.xmp_metadata()?,
+            ..Self::of_container(ImageFormat::WebP)
+        })
     }
 
     /// Whether a file of this format gets `parts`, and so all there is.

@@ -143,6 +143,11 @@ fn huge_claims_are_refused_with_their_size_and_nothing_is_written() {
         let mut webp = files::webp();
         let frame = webp.windows(4).position(|name| name == b"VP8L").expect("a frame");
         webp[frame + 9..frame + 12].fill(0xff);
+        // A chunk that claims 4 GiB.
+        let mut chunk = files::webp();
+        let xmp = chunk.windows(4).position(|name| name == b"XMP ").expect("a chunk");
+        chunk[xmp + 4..xmp + 8].copy_from_slice(&(u32::MAX - 9).to_le_bytes());
+        chunk[4..8].fill(0xff);
         for (name, bytes, over_limit) in [
             ("a.png", lying_png(60_000), true),
             ("a.jpg", lying_jpeg(65_500), true),
@@ -151,6 +156,7 @@ fn huge_claims_are_refused_with_their_size_and_nothing_is_written() {
             ("a.hdr", radiance, true),
             ("a.exr", lying_exr(60_000), true),
             ("a.webp", webp, false),
+            ("b.webp", chunk, false),
             ("b.png", lying_png(0), false),
             ("c.png", lying_png(u32::MAX), true),
             ("b.exr", lying_exr(i32::MAX), false),
