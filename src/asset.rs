@@ -41,6 +41,15 @@ pub enum ImageFormat {
     Jpeg,
 }
 
+impl From<ImageFormat> for image::ImageFormat {
+    fn from(format: ImageFormat) -> Self {
+        match format {
+            ImageFormat::Png => Self::Png,
+            ImageFormat::Jpeg => Self::Jpeg,
+        }
+    }
+}
+
 impl ImageFormat {
     /// The format that a file's first bytes announce.
     pub fn detect(bytes: &[u8]) -> Option<Self> {

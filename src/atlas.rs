@@ -8,7 +8,8 @@ use serde_json::Value;
 
 use crate::asset::{Asset, EncodedImage};
 use crate::error::{Error, Result};
-use crate::images::{decode, encode};
+use crate::images::{Encoding, decode, encode_anew};
+use crate::limit::MemoryLimit;
 use crate::primitive::Primitive;
 use crate::textures::{TextureSlot, slots};
 
@@ -192,12 +193,12 @@ pub enum LeftAlone {
 /// Repairs every image of an asset whose charts leave texels uncovered; one result per image.
 ///
 /// # Errors
-/// [`Error::Invalid`] if an image is damaged.
-pub fn repair_all(asset: &Asset) -> Result<Vec<ImageRepair>> {
+/// [`Error::Invalid`] if an image is damaged or takes more memory than `limit`.
+pub fn repair_all(asset: &Asset, limit: MemoryLimit) -> Result<Vec<ImageRepair>> {
     let repair = |(image, atlas): (usize, Option<Atlas>)| {
         let role = atlas.as_ref().map(|atlas| atlas.role);
         let result = match atlas {
-            Some(atlas) => repair_one(asset, atlas)?,
+            Some(atlas) => repair_one(asset, atlas, limit)?,
             None => Err(LeftAlone::NotWorn),
         };
         Ok(ImageRepair { image, role, result })
@@ -205,12 +206,16 @@ pub fn repair_all(asset: &Asset) -> Result<Vec<ImageRepair>> {
     atlas_of_each(asset)?.into_par_iter().enumerate().map(repair).collect()
 }
 
-fn repair_one(asset: &Asset, atlas: Atlas) -> Result<std::result::Result<Repaired, LeftAlone>> {
+fn repair_one(
+    asset: &Asset,
+    atlas: Atlas,
+    limit: MemoryLimit,
+) -> Result<std::result::Result<Repaired, LeftAlone>> {
     if atlas.beyond_charts {
         return Ok(Err(LeftAlone::BeyondCharts));
     }
     let at = format!("/images/{}", atlas.image);
-    let mut texels = decode(&asset.images[atlas.image], &at)?;
+    let mut texels = decode(&asset.images[atlas.image], &at, limit)?;
     let validity = atlas.validity(texels.width() as usize, texels.height() as usize);
     if validity.valid() == 0 {
         return Ok(Err(LeftAlone::NoChart));
@@ -223,13 +228,18 @@ fn repair_one(asset: &Asset, atlas: Atlas) -> Result<std::result::Result<Repaire
     Ok(Ok(Repaired { texels, validity, outcome, atlas }))
 }
 
-/// The asset's images with the repaired ones in their places, each in the format it came in.
+/// The asset's images with the repaired ones in their places, each in the format it came in unless
+/// all are to be PNGs.
 ///
 /// # Errors
 /// [`Error::Internal`] if an encoder refuses its texels.
-pub fn encode_repaired(asset: &Asset, repairs: &[ImageRepair]) -> Result<Vec<EncodedImage>> {
+pub fn encode_repaired(
+    asset: &Asset,
+    repairs: &[ImageRepair],
+    encoding: Encoding,
+) -> Result<Vec<EncodedImage>> {
     let finish = |(image, repair): (&EncodedImage, &ImageRepair)| match &repair.result {
-        Ok(repaired) => encode(&repaired.texels, image.format),
+        Ok(repaired) => encode_anew(&repaired.texels, image, encoding),
         Err(_) => Ok(image.clone()),
     };
     asset.images.par_iter().zip(repairs).map(finish).collect()
@@ -239,6 +249,7 @@ pub fn encode_repaired(asset: &Asset, repairs: &[ImageRepair]) -> Result<Vec<Enc
 mod tests {
     use super::*;
     use crate::asset::ImageFormat;
+    use crate::images::encode;
     use serde_json::json;
 
     /// A triangle over the lower left half of the unit square, and an image per material.
@@ -279,7 +290,7 @@ mod tests {
             {"attributes": worn, "material": 2, "mode": 0},
         ]);
         let asset = asset(&primitives, 4);
-        let repairs = repair_all(&asset).unwrap();
+        let repairs = repair_all(&asset, MemoryLimit::default()).unwrap();
         let reasons: Vec<_> =
             repairs.iter().map(|repair| repair.result.as_ref().err().copied()).collect();
         let expected = [LeftAlone::NoChart, LeftAlone::BeyondCharts, LeftAlone::NotWorn];
@@ -291,9 +302,9 @@ mod tests {
         assert_eq!(repaired.outcome.filled, repaired.validity.invalid());
         let reads = repaired.reads();
         assert!(reads.len() == 4 && reads.iter().all(|mip| mip.invalid > 0));
-        let images = encode_repaired(&asset, &repairs).unwrap();
+        let images = encode_repaired(&asset, &repairs, Encoding::default()).unwrap();
         assert!(images[0] != asset.images[0] && images[1..] == asset.images[1..]);
-        let texels = decode(&images[0], "").unwrap().to_rgb8();
+        let texels = decode(&images[0], "", MemoryLimit::default()).unwrap().to_rgb8();
         assert!(texels.pixels().all(|texel| texel.0 == [9, 90, 200]));
     }
 

@@ -17,6 +17,7 @@ use crate::error::{Error, Result};
 use crate::evaluate::load::{TextureCache, load};
 use crate::evaluate::{self, Metrics, Reference};
 use crate::geometry::Geometry;
+use crate::images::Encoding;
 use crate::levels::{Coverage, LevelMesh, chain_asset, level_asset};
 use crate::options::{BakeOptions, Textures};
 use crate::parts::level_parts;
@@ -122,7 +123,7 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
     let mut clock = Clock::default();
     let asset = clock.time(|s| &mut s.read, || input.read())?;
     let geometries = clock.time(|s| &mut s.weld, || weld_all(&asset))?;
-    let steering = options.steering.resolve(&asset, &geometries)?;
+    let steering = options.steering.resolve(&asset, &geometries, options.memory_limit)?;
     let simplify = || simplify_all(&geometries, &steering, options, progress);
     let mut chains = clock.time(|s| &mut s.simplify, simplify)?;
     if let Some(polish) = &options.polish {
@@ -133,12 +134,13 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
     let images = clock.time(|s| &mut s.repair, || finish_images(&asset, repairs.as_deref()))?;
     let mut extras = Extras::default();
     if let (Some(repairs), Some(_)) = (repairs, options.report) {
-        extras.atlases = clock.time(|s| &mut s.report, || draw_atlases(&asset, &repairs))?;
+        let draw = || draw_atlases(&asset, &repairs, options.memory_limit);
+        extras.atlases = clock.time(|s| &mut s.report, draw)?;
     }
     let parts: Vec<Vec<LevelMesh<'_>>> =
         clock.time(|s| &mut s.write, || level_meshes(&geometries, &chains))?;
     let mut levels = clock.time(|s| &mut s.write, || level_assets(&asset, &parts, &images))?;
-    let mut textures = TextureCache::default();
+    let mut textures = TextureCache::with_limit(options.memory_limit);
     let mut measured = None;
     if let Some(evaluation) = options.evaluation() {
         let measure = || evaluate_all(&asset, &levels, evaluation, &mut textures, progress);
@@ -235,14 +237,14 @@ impl Clock {
 fn repair_images(asset: &Asset, options: &BakeOptions) -> Result<Option<Vec<ImageRepair>>> {
     match options.textures {
         Textures::Keep => Ok(None),
-        Textures::Repair => repair_all(asset).map(Some),
+        Textures::Repair => repair_all(asset, options.memory_limit).map(Some),
     }
 }
 
 fn finish_images(asset: &Asset, repairs: Option<&[ImageRepair]>) -> Result<Vec<EncodedImage>> {
     match repairs {
         None => Ok(asset.images.clone()),
-        Some(repairs) => encode_repaired(asset, repairs),
+        Some(repairs) => encode_repaired(asset, repairs, Encoding::default()),
     }
 }
 

@@ -2,48 +2,74 @@
 
 use std::io::Cursor;
 
-use image::codecs::jpeg::{JpegDecoder, JpegEncoder};
-use image::codecs::png::{CompressionType, FilterType, PngDecoder, PngEncoder};
-use image::{DynamicImage, ImageDecoder, Limits};
+use image::codecs::hdr::HdrEncoder;
+use image::codecs::jpeg::JpegEncoder;
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use image::error::{DecodingError, EncodingError, UnsupportedError, UnsupportedErrorKind};
+use image::{ColorType, DynamicImage, ImageDecoder, ImageEncoder, ImageError, ImageReader};
 
 use crate::asset::{EncodedImage, ImageFormat};
 use crate::error::{Error, Result};
+use crate::limit::MemoryLimit;
+use crate::metadata::{Metadata, jpeg_ends};
 
-/// Most bytes that decoding one image may take: 16,384² texels of four bytes.
-pub(crate) const MOST_BYTES: u64 = 1 << 30;
-/// Quality of the JPEGs we write; at 95 a second generation is hard to tell from the first.
-pub(crate) const JPEG_QUALITY: u8 = 95;
+/// How some Radiance HDR files begin, which the image crate knows only by their other name.
+pub(crate) const RGBE: &[u8] = b"#?RGBE";
+
+/// How images are encoded anew.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Encoding {
+    /// Quality of JPEGs, 1…100.
+    pub quality: u8,
+    /// Whether JPEGs become PNGs, and so lose nothing more.
+    pub png: bool,
+}
+
+impl Default for Encoding {
+    /// JPEGs of quality 95, where a second generation is hard to tell from the first.
+    fn default() -> Self {
+        Self { quality: 95, png: false }
+    }
+}
 
 /// Decodes an image; `at` names it in errors.
 ///
 /// # Errors
-/// [`Error::Invalid`] if it is damaged or larger than 1 GiB decoded.
-pub fn decode(image: &EncodedImage, at: &str) -> Result<DynamicImage> {
-    let invalid = |error: image::ImageError| Error::invalid(at, error.to_string());
-    let bytes = Cursor::new(image.bytes.as_slice());
-    match image.format {
-        ImageFormat::Png => {
-            let decoder = PngDecoder::with_limits(bytes, limits()).map_err(invalid)?;
-            decode_limited(decoder).map_err(invalid)
-        }
-        ImageFormat::Jpeg => {
-            decode_limited(JpegDecoder::new(bytes).map_err(invalid)?).map_err(invalid)
-        }
+/// [`Error::Invalid`] if it is damaged or takes more memory than the limit.
+pub fn decode(image: &EncodedImage, at: &str, limit: MemoryLimit) -> Result<DynamicImage> {
+    let format = image.format.into();
+    open(&image.bytes, format, limit)
+        .map_err(|error| limit.explain(&error))
+        .and_then(|decoder| limit.decode(decoder, format))
+        .map_err(|what| Error::invalid(at, what))
+}
+
+/// The decoder of an image file, which takes no more memory for anything but texels than the
+/// limit. A JPEG that ends early is refused: the decoder would take what is missing for gray.
+pub(crate) fn open(
+    bytes: &[u8],
+    format: image::ImageFormat,
+    limit: MemoryLimit,
+) -> image::ImageResult<impl ImageDecoder> {
+    if format == image::ImageFormat::Jpeg && !jpeg_ends(bytes) {
+        let error = DecodingError::new(format.into(), "its data ends early");
+        return Err(ImageError::Decoding(error));
     }
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+    reader.limits(limit.to_limits());
+    reader.into_decoder()
 }
 
-/// The limit for decoders, so that a hostile file can't claim all memory.
-pub(crate) fn limits() -> Limits {
-    let mut limits = Limits::no_limits();
-    limits.max_alloc = Some(MOST_BYTES);
-    limits
-}
-
-fn decode_limited(mut decoder: impl ImageDecoder) -> image::ImageResult<DynamicImage> {
-    let mut limits = limits();
-    limits.reserve(decoder.total_bytes())?;
-    decoder.set_limits(limits)?;
-    DynamicImage::from_decoder(decoder)
+/// The format that a file's first bytes announce, if this tool reads it.
+pub(crate) fn detect_format(bytes: &[u8]) -> Option<image::ImageFormat> {
+    // What the image crate reads, and does not know by these.
+    if bytes.starts_with(b"II\x2b\0") || bytes.starts_with(b"MM\0\x2b") {
+        return Some(image::ImageFormat::Tiff);
+    }
+    if bytes.starts_with(RGBE) {
+        return Some(image::ImageFormat::Hdr);
+    }
+    image::guess_format(bytes).ok().filter(image::ImageFormat::reading_enabled)
 }
 
 /// Encodes an image: losslessly as PNG, or as JPEG of quality 95.
@@ -51,19 +77,103 @@ fn decode_limited(mut decoder: impl ImageDecoder) -> image::ImageResult<DynamicI
 /// # Errors
 /// [`Error::Internal`] if the encoder can't take such texels.
 pub fn encode(image: &DynamicImage, format: ImageFormat) -> Result<EncodedImage> {
+    encode_with(image, &Metadata::default(), format, Encoding::default())
+}
+
+/// Encodes what an image became, with what else its file holds.
+///
+/// # Errors
+/// [`Error::Internal`] if the encoder can't take such texels, or the file is damaged.
+pub(crate) fn encode_anew(
+    image: &DynamicImage,
+    original: &EncodedImage,
+    encoding: Encoding,
+) -> Result<EncodedImage> {
+    let before = original.format.into();
+    // It has been decoded before, within a limit.
+    let metadata = open(&original.bytes, before, MemoryLimit::default())
+        .and_then(|mut decoder| Metadata::read(&original.bytes, before, &mut decoder))
+        .map_err(|error| Error::Internal { what: error.to_string() })?;
+    let format = if encoding.png { ImageFormat::Png } else { original.format };
+    encode_with(image, &metadata, format, encoding)
+}
+
+fn encode_with(
+    image: &DynamicImage,
+    metadata: &Metadata,
+    format: ImageFormat,
+    encoding: Encoding,
+) -> Result<EncodedImage> {
+    let bytes = write(image, metadata, format.into(), encoding.quality)
+        .map_err(|error| Error::Internal { what: error.to_string() })?;
+    Ok(EncodedImage { bytes: bytes.into(), format })
+}
+
+/// An image as a file of PNG, JPEG, WebP or Radiance HDR: in the bits it has, never in fewer.
+pub(crate) fn write(
+    image: &DynamicImage,
+    metadata: &Metadata,
+    format: image::ImageFormat,
+    quality: u8,
+) -> image::ImageResult<Vec<u8>> {
     let mut bytes = Vec::new();
-    let written = match format {
-        ImageFormat::Png => image.write_with_encoder(PngEncoder::new_with_quality(
-            &mut bytes,
-            CompressionType::Default,
-            FilterType::Adaptive,
-        )),
-        ImageFormat::Jpeg => {
-            image.write_with_encoder(JpegEncoder::new_with_quality(&mut bytes, JPEG_QUALITY))
+    let out = &mut bytes;
+    match format {
+        image::ImageFormat::Jpeg => {
+            let encoder = JpegEncoder::new_with_quality(out, quality);
+            write_with(encoder, image, metadata, format)
+        }
+        image::ImageFormat::WebP => write_webp(out, image, metadata),
+        image::ImageFormat::Hdr => write_with(HdrEncoder::new(out), image, metadata, format),
+        _ => {
+            let (deflate, filter) = (CompressionType::Default, FilterType::Adaptive);
+            let encoder = PngEncoder::new_with_quality(out, deflate, filter);
+            write_with(encoder, image, metadata, format)
+        }
+    }?;
+    Ok(if metadata.is_of(format) { metadata.splice(&bytes, format) } else { bytes })
+}
+
+fn write_with(
+    mut encoder: impl ImageEncoder,
+    image: &DynamicImage,
+    metadata: &Metadata,
+    format: image::ImageFormat,
+) -> image::ImageResult<()> {
+    if !metadata.is_of(format) {
+        // A format that has no place for one goes without.
+        let _ = metadata.icc.clone().map(|icc| encoder.set_icc_profile(icc));
+        let _ = metadata.exif.clone().map(|exif| encoder.set_exif_metadata(exif));
+    }
+    encoder.write_image(image.as_bytes(), image.width(), image.height(), image.color().into())
+}
+
+/// Writes a WebP, losslessly. The image crate's encoder has no place for XMP.
+fn write_webp(
+    out: &mut Vec<u8>,
+    image: &DynamicImage,
+    metadata: &Metadata,
+) -> image::ImageResult<()> {
+    let color = match image.color() {
+        ColorType::L8 => image_webp::ColorType::L8,
+        ColorType::La8 => image_webp::ColorType::La8,
+        ColorType::Rgb8 => image_webp::ColorType::Rgb8,
+        ColorType::Rgba8 => image_webp::ColorType::Rgba8,
+        other => {
+            let kind = UnsupportedErrorKind::Color(other.into());
+            let hint = image::ImageFormat::WebP.into();
+            let error = UnsupportedError::from_format_and_kind(hint, kind);
+            return Err(ImageError::Unsupported(error));
         }
     };
-    written.map_err(|error| Error::Internal { what: error.to_string() })?;
-    Ok(EncodedImage { bytes: bytes.into(), format })
+    let mut encoder = image_webp::WebPEncoder::new(out);
+    encoder.set_icc_profile(metadata.icc.clone().unwrap_or_default());
+    encoder.set_exif_metadata(metadata.exif.clone().unwrap_or_default());
+    encoder.set_xmp_metadata(metadata.xmp.clone().unwrap_or_default());
+    let [width, height] = [image.width(), image.height()];
+    encoder.encode(image.as_bytes(), width, height, color).map_err(|error| {
+        ImageError::Encoding(EncodingError::new(image::ImageFormat::WebP.into(), error))
+    })
 }
 
 #[cfg(test)]
@@ -79,23 +189,25 @@ mod tests {
     #[test]
     fn a_png_comes_back_as_it_was_and_a_jpeg_nearly() {
         let png = encode(&picture(), ImageFormat::Png).unwrap();
-        assert_eq!(decode(&png, "").unwrap(), picture());
+        assert_eq!(decode(&png, "", MemoryLimit::default()).unwrap(), picture());
         let jpeg = encode(&picture(), ImageFormat::Jpeg).unwrap();
-        assert_eq!(decode(&jpeg, "").unwrap().width(), 9);
+        assert_eq!(decode(&jpeg, "", MemoryLimit::default()).unwrap().width(), 9);
     }
 
     #[test]
     fn a_damaged_or_huge_image_is_an_error() {
         let png = encode(&picture(), ImageFormat::Png).unwrap();
         let of = |bytes: Vec<u8>| EncodedImage { bytes: bytes.into(), format: ImageFormat::Png };
+        let decode = |image| decode(image, "/images/3", MemoryLimit::default());
         let cut = of(png.bytes[..60].to_vec());
-        assert!(decode(&cut, "/images/3").unwrap_err().to_string().starts_with("/images/3"));
+        assert!(decode(&cut).unwrap_err().to_string().starts_with("/images/3"));
         // Width and height of the header, with its checksum made right again.
         let mut huge = png.bytes.to_vec();
         huge[16..24].copy_from_slice(&[0, 0, 0xea, 0x60, 0, 0, 0xea, 0x60]);
         let sum = crc(&huge[12..29]).to_be_bytes();
         huge[29..33].copy_from_slice(&sum);
-        assert!(decode(&of(huge), "").is_err());
+        let error = decode(&of(huge)).unwrap_err().to_string();
+        assert!(error.contains("60000×60000") && error.contains("4GiB"), "{error}");
     }
 
     /// The checksum of a PNG chunk (ISO 3309).

@@ -11,6 +11,7 @@ use crate::atlas::{Atlas, atlases};
 use crate::error::{Error, Result};
 use crate::geometry::Geometry;
 use crate::images::decode;
+use crate::limit::MemoryLimit;
 
 /// What was found, in schema 1.
 #[derive(Clone, Debug, Serialize)]
@@ -84,11 +85,11 @@ pub struct MipReport {
     pub invalid: usize,
 }
 
-/// Looks an asset over.
+/// Looks an asset over; decoding one of its images may take as much memory as `limit`.
 ///
 /// # Errors
 /// [`Error::Invalid`] or [`Error::Unsupported`] with the place in the document.
-pub fn inspect(asset: &Asset) -> Result<Inspection> {
+pub fn inspect(asset: &Asset, limit: MemoryLimit) -> Result<Inspection> {
     let meshes: Vec<Option<MeshReport>> = (0..asset.count("meshes"))
         .into_par_iter()
         .map(|mesh| Ok(Geometry::read(asset, mesh)?.map(|g| inspect_mesh(asset, &g))))
@@ -101,7 +102,7 @@ pub fn inspect(asset: &Asset) -> Result<Inspection> {
         meshes,
         atlases: atlases(asset)?
             .par_iter()
-            .map(|atlas| inspect_atlas(asset, atlas))
+            .map(|atlas| inspect_atlas(asset, atlas, limit))
             .collect::<Result<_>>()?,
         materials: asset.count("materials"),
         extensions: extensions
@@ -150,8 +151,9 @@ fn sum(meshes: &[MeshReport]) -> MeshReport {
     }
 }
 
-fn inspect_atlas(asset: &Asset, atlas: &Atlas) -> Result<AtlasReport> {
-    let texels = decode(&asset.images[atlas.image], &format!("/images/{}", atlas.image))?;
+fn inspect_atlas(asset: &Asset, atlas: &Atlas, limit: MemoryLimit) -> Result<AtlasReport> {
+    let at = format!("/images/{}", atlas.image);
+    let texels = decode(&asset.images[atlas.image], &at, limit)?;
     let (width, height) = (texels.width() as usize, texels.height() as usize);
     let validity = atlas.validity(width, height);
     let mips = count_reads(&validity, atlas.wrap, &atlas.charts.uvs, &atlas.charts.triangles);

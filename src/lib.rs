@@ -45,6 +45,8 @@ pub mod geometry;
 pub mod images;
 pub mod inspect;
 pub mod levels;
+pub mod limit;
+mod metadata;
 mod nodes;
 pub mod options;
 mod pack;

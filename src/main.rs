@@ -20,13 +20,13 @@ fn main() -> ExitCode {
             return ExitCode::from(2);
         }
     }
-    let progress = if cli.quiet { Progress::hidden() } else { Progress::terminal() };
+    let progress = if cli.common.quiet { Progress::hidden() } else { Progress::terminal() };
     let result = match &cli.command {
-        cli::Command::Bake(args) => run::bake(args, cli.quiet, &progress),
-        cli::Command::Repair(args) => run::repair(args, cli.quiet),
-        cli::Command::Evaluate(args) => run::evaluate(args, cli.quiet),
+        cli::Command::Bake(args) => run::bake(args, cli.common, &progress),
+        cli::Command::Repair(args) => run::repair(args, cli.common),
+        cli::Command::Evaluate(args) => run::evaluate(args, cli.common),
         cli::Command::Select(args) => run::select(args),
-        cli::Command::Inspect(args) => run::inspect(args, cli.quiet),
+        cli::Command::Inspect(args) => run::inspect(args, cli.common),
     };
     match result {
         Ok(0) => ExitCode::SUCCESS,

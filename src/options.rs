@@ -5,6 +5,7 @@ use seamwise_attr::Polish;
 use crate::certificate::Screen;
 use crate::error::{Error, Result};
 use crate::evaluate;
+use crate::limit::MemoryLimit;
 use crate::steering::Steering;
 
 /// Options of a bake.
@@ -24,6 +25,8 @@ pub struct BakeOptions {
     pub screen: Screen,
     /// Whether a page with charts and pictures is written.
     pub report: Option<ReportOptions>,
+    /// Most memory that decoding one image may take.
+    pub memory_limit: MemoryLimit,
 }
 
 /// What the page of a bake shows beyond its results.
@@ -51,6 +54,7 @@ impl Default for BakeOptions {
             evaluate: Some(evaluate::Options::default()),
             screen: Screen::default(),
             report: None,
+            memory_limit: MemoryLimit::default(),
         }
     }
 }

@@ -14,22 +14,24 @@ use seamwise::evaluate::camera::Rig;
 use seamwise::evaluate::load::{TextureCache, load};
 use seamwise::evaluate::scene::Scene;
 use seamwise::evaluate::sheet::contact_sheet;
-use seamwise::images::encode;
+use seamwise::images::{Encoding, encode};
 use seamwise::inspect;
+use seamwise::limit::MemoryLimit;
 use seamwise::options::BakeOptions;
 use seamwise::progress::Progress;
 use seamwise::read::read;
-use seamwise::repair::repair_file;
+use seamwise::repair::{RepairOptions, repair_file};
 use seamwise::report::html::evaluate_page;
 use seamwise::report::pictures::Gallery;
 use seamwise::report::{CandidateReport, EvaluateReport, ReferenceReport, ViewReport};
 use seamwise::write::write_files;
 
-use crate::cli::{BakeArgs, EvaluateArgs, InspectArgs, RepairArgs, SelectArgs};
+use crate::cli::{BakeArgs, Common, EvaluateArgs, InspectArgs, RepairArgs, SelectArgs};
 
 /// Bakes each input; one that fails does not stop the others.
-pub(crate) fn bake(args: &BakeArgs, quiet: bool, progress: &Progress) -> Result<usize> {
-    let options = args.resolve()?;
+pub(crate) fn bake(args: &BakeArgs, common: Common, progress: &Progress) -> Result<usize> {
+    let Common { quiet, memory_limit } = common;
+    let options = BakeOptions { memory_limit, ..args.resolve()? };
     let sample = [Input::Bytes(include_bytes!("../data/sample.glb"), "sample")];
     let files: Vec<Input<'_>> = args.inputs.iter().map(|path| Input::File(path)).collect();
     let inputs = if files.is_empty() { sample.as_slice() } else { files.as_slice() };
@@ -71,18 +73,19 @@ fn name(input: Input<'_>) -> String {
 }
 
 /// Repairs one file.
-pub(crate) fn repair(args: &RepairArgs, quiet: bool) -> Result<usize> {
-    let report = repair_file(&args.input, &args.output, &args.resolve())?;
-    say(quiet, &report.to_table())?;
+pub(crate) fn repair(args: &RepairArgs, common: Common) -> Result<usize> {
+    let options = RepairOptions { memory_limit: common.memory_limit, ..args.resolve() };
+    let report = repair_file(&args.input, &args.output, &options)?;
+    say(common.quiet, &report.to_table())?;
     Ok(0)
 }
 
 /// Compares each candidate with the reference; one that can't be compared does not stop the
 /// others. One that is compared but doubtful counts as failed.
-pub(crate) fn evaluate(args: &EvaluateArgs, quiet: bool) -> Result<usize> {
-    let mut cache = TextureCache::default();
+pub(crate) fn evaluate(args: &EvaluateArgs, common: Common) -> Result<usize> {
+    let mut cache = TextureCache::with_limit(common.memory_limit);
     let named = |error| anyhow!("{}: {error}", args.reference.display());
-    let reference = load_reference(args, &mut cache).map_err(named)?;
+    let reference = load_reference(args, common.memory_limit, &mut cache).map_err(named)?;
     let options = args.resolve();
     let against = Reference::with_mode(&reference, options, args.mode()).map_err(named)?;
     let mut gallery = match &args.report {
@@ -119,7 +122,7 @@ pub(crate) fn evaluate(args: &EvaluateArgs, quiet: bool) -> Result<usize> {
         views: ViewReport::of(against.rig()),
         candidates,
     };
-    say(quiet, &report.to_table())?;
+    say(common.quiet, &report.to_table())?;
     let mut files = evaluation_files(args, &report, gallery.as_ref())?;
     if let Some(path) = &args.sheet {
         let rig = Rig::around(&reference, args.sheet_views.into(), options.resolution);
@@ -152,10 +155,14 @@ fn evaluation_files(
     Ok(files)
 }
 
-fn load_reference(args: &EvaluateArgs, cache: &mut TextureCache) -> seamwise::error::Result<Scene> {
+fn load_reference(
+    args: &EvaluateArgs,
+    limit: MemoryLimit,
+    cache: &mut TextureCache,
+) -> seamwise::error::Result<Scene> {
     let mut asset = read(&args.reference)?;
     if args.clean_reference {
-        asset.images = encode_repaired(&asset, &repair_all(&asset)?)?;
+        asset.images = encode_repaired(&asset, &repair_all(&asset, limit)?, Encoding::default())?;
     }
     load(&asset, cache)
 }
@@ -165,11 +172,11 @@ fn load_file(path: &Path, cache: &mut TextureCache) -> seamwise::error::Result<S
 }
 
 /// Looks an asset over.
-pub(crate) fn inspect(args: &InspectArgs, quiet: bool) -> Result<usize> {
+pub(crate) fn inspect(args: &InspectArgs, common: Common) -> Result<usize> {
     let found = read(&args.input)
-        .and_then(|asset| inspect::inspect(&asset))
+        .and_then(|asset| inspect::inspect(&asset, common.memory_limit))
         .map_err(|error| anyhow!("{}: {error}", args.input.display()))?;
-    say(quiet, &if args.json { found.to_json()? } else { found.to_text() })?;
+    say(common.quiet, &if args.json { found.to_json()? } else { found.to_text() })?;
     Ok(0)
 }
 

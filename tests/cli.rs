@@ -111,6 +111,10 @@ fn the_options_of_the_design_are_there() {
     for option in ["--views", "--resolution", "--samples", "--json", "--report"] {
         assert!(help.contains(option), "evaluate {option}");
     }
+    let help = stage.run(&["repair", "--help"]).stdout;
+    for option in ["--mesh", "--mask", "--background", "--quality", "--png", "--memory-limit"] {
+        assert!(help.contains(option), "repair {option}");
+    }
 }
 
 #[test]

@@ -67,7 +67,7 @@ fn an_asset_keeps_all_but_the_texels_around_its_charts() {
         assert_eq!(before.json[list], after.json[list], "{list}");
     }
     let texels = |asset: &seamwise::asset::Asset| {
-        seamwise::images::decode(&asset.images[0], "").unwrap().to_rgb8()
+        seamwise::images::decode(&asset.images[0], "", Default::default()).unwrap().to_rgb8()
     };
     let [before, after] = [texels(&before), texels(&after)];
     let changed = before.pixels().zip(after.pixels()).filter(|(a, b)| a != b).count();

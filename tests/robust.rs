@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use common::assets::{cube, pointers, victim};
 use common::build::{Build, glb};
-use common::{shapes, within};
+use common::{Random, crc, shapes, within};
 use image::RgbaImage;
 use seamwise::bake::{Input, bake};
 use seamwise::evaluate;
@@ -72,23 +72,6 @@ impl Victim {
         if let Some(bytes) = peak_memory() {
             assert!(bytes < MOST_BYTES, "{bytes} bytes at once");
         }
-    }
-}
-
-/// Numbers that are the same on every run (Vigna's splitmix64).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut x = self.0;
-        x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        x ^ (x >> 31)
-    }
-
-    fn below(&mut self, limit: usize) -> usize {
-        (self.next() % limit as u64) as usize
     }
 }
 
@@ -443,14 +426,6 @@ fn images_that_lie_are_refused() {
         }
         victim.finish();
     });
-}
-
-/// The checksum of a PNG chunk (ISO 3309).
-fn crc(bytes: &[u8]) -> u32 {
-    !bytes.iter().fold(!0u32, |crc, &byte| {
-        let shift = |crc: u32| if crc & 1 == 1 { 0xedb8_8320 ^ (crc >> 1) } else { crc >> 1 };
-        (0..8).fold(crc ^ u32::from(byte), |crc, _| shift(crc))
-    })
 }
 
 #[test]

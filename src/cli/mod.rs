@@ -10,6 +10,8 @@ use seamwise::certificate::Screen;
 use seamwise::error::Result;
 use seamwise::evaluate;
 use seamwise::evaluate::scene::Mode;
+use seamwise::images::Encoding;
+use seamwise::limit::MemoryLimit;
 use seamwise::options::{BakeOptions, ReportOptions, Targets, Textures};
 use seamwise::repair::{Background, MeshOptions, RepairOptions};
 use seamwise_attr::Polish;
@@ -27,9 +29,20 @@ pub(crate) struct Cli {
     /// Threads to use; all cores if not given.
     #[arg(long, global = true, value_name = "N")]
     pub(crate) threads: Option<usize>,
+    #[command(flatten)]
+    pub(crate) common: Common,
+}
+
+/// What all jobs share.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct Common {
     /// Say nothing but errors.
     #[arg(long, short, global = true)]
     pub(crate) quiet: bool,
+    /// Most memory that decoding one image may take, as 512MiB or 8GB: a small file can claim any
+    /// size.
+    #[arg(long, global = true, default_value_t, value_name = "SIZE")]
+    pub(crate) memory_limit: MemoryLimit,
 }
 
 /// The jobs.
@@ -142,6 +155,7 @@ impl BakeArgs {
             evaluate: (!self.no_evaluate).then(evaluate::Options::default),
             screen,
             report: self.report.then_some(ReportOptions { threads: self.threads_report }),
+            ..BakeOptions::default()
         })
     }
 }
@@ -151,10 +165,14 @@ impl BakeArgs {
 #[command(after_help = "Examples:\n  \
     seamwise repair scan.glb -o repaired.glb\n  \
     seamwise repair atlas.png -o repaired.png --background '#ff00ff'\n  \
+    seamwise repair scan.glb -o repaired.glb --png --memory-limit 8GB\n  \
     seamwise repair light.exr -o repaired.exr --mesh room.glb --uv-set 1 --mesh-name walls\n\n\
     An asset knows which of its texels are used. For a picture, --mesh, --mask and --background\n\
     tell; a texel must pass all that are given. Valid texels stay as they are, except in JPEGs,\n\
-    which are compressed anew. In an EXR, NaN and infinities are never valid.")]
+    which are compressed anew (--quality), unless the output is a .png or, for an asset, --png is\n\
+    given. A .webp is written losslessly, a .tif in the compression it came in where that is\n\
+    lossless, and a palette as RGB. ICC profile, EXIF, density and texts stay within a format; what\n\
+    does not is said. In an EXR, NaN and infinities are never valid.")]
 pub(crate) struct RepairArgs {
     /// A .glb or .gltf, of which all images are repaired, or a .png, .jpg, .webp, .tif, .hdr or
     /// .exr.
@@ -181,6 +199,13 @@ pub(crate) struct RepairArgs {
     /// What the texels mean; color if not given, and numbers as they are in an EXR.
     #[arg(long, value_enum)]
     role: Option<RoleName>,
+    /// Quality of JPEGs that are written.
+    #[arg(long, default_value_t = Encoding::default().quality, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=100))]
+    quality: u8,
+    /// Write repaired JPEGs of an asset as PNGs, which lose nothing. A picture is written in the
+    /// format of the output's extension.
+    #[arg(long)]
+    png: bool,
 }
 
 /// `--role`.
@@ -212,6 +237,8 @@ impl RepairArgs {
                 RoleName::Normal => Role::Normal,
                 RoleName::Data => Role::Data,
             }),
+            encoding: Encoding { quality: self.quality, png: self.png },
+            ..RepairOptions::default()
         }
     }
 }

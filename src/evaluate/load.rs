@@ -14,6 +14,7 @@ use crate::asset::{Asset, EncodedImage};
 use crate::error::{Error, Result};
 use crate::evaluate::scene::{Alpha, Material, Scene, TextureRef};
 use crate::images::decode;
+use crate::limit::MemoryLimit;
 use crate::nodes::world_nodes;
 use crate::primitive::Primitive;
 use crate::textures::{TextureSlot, slots};
@@ -23,16 +24,22 @@ use crate::textures::{TextureSlot, slots};
 pub struct TextureCache {
     /// By where the image's bytes lie, which the entry keeps alive, and by how they are decoded.
     known: FxHashMap<(usize, bool), (EncodedImage, Arc<Mips>)>,
+    limit: MemoryLimit,
 }
 
 impl TextureCache {
+    /// An empty cache for images that take no more memory than the limit.
+    pub fn with_limit(limit: MemoryLimit) -> Self {
+        Self { limit, ..Self::default() }
+    }
+
     fn mips(&mut self, image: &EncodedImage, role: Role, at: &str) -> Result<Arc<Mips>> {
         let is_color = role == Role::Color;
         let key = (Arc::as_ptr(&image.bytes).addr(), is_color);
         if let Some((_, mips)) = self.known.get(&key) {
             return Ok(mips.clone());
         }
-        let texels = decode(image, at)?.into_rgba8();
+        let texels = decode(image, at, self.limit)?.into_rgba8();
         let (width, height) = (texels.width() as usize, texels.height() as usize);
         let encoding = if is_color { Encoding::Srgb } else { Encoding::Linear };
         let mips = Mips::from_rgba8(width, height, texels.as_raw(), encoding)

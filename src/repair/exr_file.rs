@@ -11,30 +11,36 @@ use exr::error::Error as ExrError;
 use exr::meta::BlockDescription;
 use exr::meta::attribute::LevelMode;
 use exr::prelude::{
-    AnyChannel, Compression, FlatImage, FlatSamples, LineOrder, MetaData, ReadChannels, ReadLayers,
-    SampleType, Vec2, WritableImage, read,
+    AnyChannel, AnyChannels, Compression, FlatImage, FlatSamples, Layer, LineOrder, MetaData,
+    ReadChannels, ReadLayers, SampleType, Vec2, WritableImage, read,
 };
 
 use crate::error::{Error, Result};
-use crate::images::MOST_BYTES;
+use crate::limit::MemoryLimit;
 
 /// A channel with its samples, row after row.
 pub(super) type Channel = AnyChannel<FlatSamples>;
 
+/// A layer of such channels.
+pub(super) type AnyLayer = Layer<AnyChannels<FlatSamples>>;
+
+/// What takes the place of a compression that loses something.
+pub(super) const LOSSLESS: Compression = Compression::ZIP16;
+
 /// Reads all layers of a file.
-pub(super) fn decode(bytes: &[u8]) -> Result<FlatImage> {
+pub(super) fn decode(bytes: &[u8], limit: MemoryLimit) -> Result<FlatImage> {
     let fault = |error| match error {
         ExrError::NotSupported(what) => Error::Unsupported { what: what.into_owned() },
         error => Error::invalid("the OpenEXR data", error.to_string()),
     };
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(fault)?;
-    check(&meta)?;
+    check(&meta, limit)?;
     let layers = read().no_deep_data().largest_resolution_level().all_channels().all_layers();
     layers.all_attributes().from_buffered(Cursor::new(bytes)).map_err(fault)
 }
 
 /// Refuses what would take all memory, or come out with something missing.
-fn check(meta: &MetaData) -> Result<()> {
+fn check(meta: &MetaData, limit: MemoryLimit) -> Result<()> {
     let refuse = |what: &str| Err(Error::Unsupported { what: what.to_owned() });
     let mut bytes = 0u64;
     for header in &meta.headers {
@@ -54,16 +60,26 @@ fn check(meta: &MetaData) -> Result<()> {
         let texels = header.layer_size.0 as u64 * header.layer_size.1 as u64;
         bytes = bytes.saturating_add(texels.saturating_mul(header.channels.bytes_per_pixel as u64));
     }
-    if bytes > MOST_BYTES { refuse("an EXR of more than 1 GiB") } else { Ok(()) }
+    if bytes > limit.bytes() {
+        let what =
+            format!("its channels take {} MiB, {}", bytes.div_ceil(1 << 20), limit.exceeded());
+        return Err(Error::invalid("the OpenEXR data", what));
+    }
+    Ok(())
+}
+
+/// Whether a layer's compression would change its samples once more.
+pub(super) fn loses(layer: &AnyLayer) -> bool {
+    let compression = layer.encoding.compression;
+    let exact = |channel: &Channel| compression.is_lossless_for(sample_type(channel));
+    !layer.channel_data.list.iter().all(exact)
 }
 
 /// Writes all layers to a file.
 pub(super) fn encode(mut image: FlatImage) -> exr::error::Result<Vec<u8>> {
     for layer in &mut image.layer_data {
-        let compression = layer.encoding.compression;
-        let exact = |channel: &Channel| compression.is_lossless_for(sample_type(channel));
-        if !layer.channel_data.list.iter().all(exact) {
-            layer.encoding.compression = Compression::ZIP16;
+        if loses(layer) {
+            layer.encoding.compression = LOSSLESS;
         }
         // Otherwise blocks would be written as threads finish them.
         if layer.encoding.line_order == LineOrder::Unspecified {
@@ -88,7 +104,8 @@ fn sort_attributes(file: &mut [u8]) -> Option<()> {
         let mut attributes: Vec<(Vec<u8>, Vec<u8>)> = Vec::new();
         let mut end = start;
         while *file.get(end)? != 0 {
-            let text = |at: usize| file.get(at..)?.iter().position(|&byte| byte == 0);
+            // No text is empty: the exr crate takes the first byte for a letter whatever it is.
+            let text = |at: usize| Some(1 + file.get(at + 1..)?.iter().position(|&b| b == 0)?);
             let name = text(end)?;
             let size_at = end + name + 1 + text(end + name + 1)? + 1;
             let size = u32::from_le_bytes(file.get(size_at..size_at + 4)?.try_into().ok()?);
@@ -118,9 +135,7 @@ pub(super) fn sample_type(channel: &Channel) -> SampleType {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use exr::prelude::{
-        AnyChannels, AttributeValue, Encoding, ImageAttributes, Layer, LayerAttributes, Text, f16,
-    };
+    use exr::prelude::{AttributeValue, Encoding, ImageAttributes, LayerAttributes, Text, f16};
 
     pub(in crate::repair) const SIZE: usize = 12;
 
@@ -171,14 +186,24 @@ pub(super) mod tests {
         // Each set of unknown attributes is written in an order of its own.
         let files: Vec<Vec<u8>> = (0..6).map(|_| encode(sample()).unwrap()).collect();
         assert!(files.iter().all(|file| *file == files[0]));
-        assert_eq!(decode(&files[0]).unwrap().layer_data.len(), 2);
+        assert_eq!(decode(&files[0], MemoryLimit::default()).unwrap().layer_data.len(), 2);
+    }
+
+    #[test]
+    fn a_type_that_begins_with_a_zero_does_not_mix_the_header_up() {
+        let mut image = sample();
+        let odd = AttributeValue::Custom { kind: Text::from("\0x"), bytes: vec![1, 2].into() };
+        image.layer_data[0].attributes.other.insert(Text::from("odd"), odd);
+        let file = encode(image.clone()).unwrap();
+        let back = decode(&file, MemoryLimit::default()).unwrap();
+        assert_eq!(back.layer_data[0].attributes, image.layer_data[0].attributes);
     }
 
     #[test]
     fn a_damaged_file_is_an_error() {
         let file = encode(sample()).unwrap();
         for length in (0..file.len()).step_by(7) {
-            decode(&file[..length]).unwrap_err();
+            decode(&file[..length], MemoryLimit::default()).unwrap_err();
         }
     }
 }

@@ -9,17 +9,15 @@
 //! Guaranteed: no NaN or infinity is left in a channel that has one valid sample; valid samples
 //! keep their bits, f16 or f32.
 
-use exr::prelude::{AnyChannels, FlatSamples, Layer, SampleType, Vec2, f16};
+use exr::prelude::{FlatSamples, SampleType, Vec2, f16};
 use image::{DynamicImage, Rgb32FImage};
 use seamwise_texture::{Outcome, Part, Plane, Role, Validity, fill_holes};
 
-use super::exr_file::{Channel, decode, encode, sample_type};
+use super::exr_file::{AnyLayer, Channel, LOSSLESS, decode, encode, loses, sample_type};
 use super::report::{ImageReport, RepairReport};
 use super::sources::Sources;
 use super::{Job, WRAP};
 use crate::error::{Error, Result};
-
-type AnyLayer = Layer<AnyChannels<FlatSamples>>;
 
 impl Job<'_> {
     pub(super) fn exr(&self, bytes: &[u8]) -> Result<(Vec<u8>, RepairReport)> {
@@ -29,7 +27,8 @@ impl Job<'_> {
             return Err(Error::Unsupported { what });
         }
         let sources = Sources::read(self.options)?;
-        let mut image = decode(bytes).map_err(|error| error.in_file(self.input))?;
+        let mut image =
+            decode(bytes, self.options.memory_limit).map_err(|error| error.in_file(self.input))?;
         let (mut images, mut told) = (Vec::new(), false);
         for layer in &mut image.layer_data {
             let report = self.layer(layer, &sources, &mut told)?;
@@ -38,7 +37,12 @@ impl Job<'_> {
         if !told {
             return Err(self.nothing_tells());
         }
-        let file = encode(image).map_err(|error| Error::Internal { what: error.to_string() })?;
+        // What was read may still be more than the format allows: layers of one name, for one.
+        let unwritable = |error: exr::error::Error| {
+            let what = format!("it can't be written again: {error}");
+            Error::invalid(self.input.display().to_string(), what)
+        };
+        let file = encode(image).map_err(unwritable)?;
         Ok((file, RepairReport { images }))
     }
 
@@ -54,6 +58,10 @@ impl Job<'_> {
             None => self.input.file_name().unwrap_or_default().to_string_lossy().into_owned(),
         };
         let mut report = ImageReport { name, role: Some(Role::Data), ..ImageReport::default() };
+        if loses(layer) {
+            let [own, other] = [layer.encoding.compression, LOSSLESS];
+            report.notes.push(format!("{own} would change valid samples: {other} is used instead"));
+        }
         if layer.channel_data.list.iter().all(is_integer) {
             report.left_alone = Some("its channels are integers".to_owned());
             return Ok(report);
@@ -179,6 +187,7 @@ fn fill_group(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::limit::MemoryLimit;
     use crate::repair::exr_file::tests::{SIZE, sample};
     use crate::repair::{Background, RepairOptions, repair_file};
     use exr::prelude::{Compression, FlatImage};
@@ -214,7 +223,7 @@ mod tests {
         let before = sample();
         let file =
             repair(before.clone(), &masked(folder.path(), SIZE as u32), folder.path()).unwrap();
-        let after = decode(&file).unwrap();
+        let after = decode(&file, MemoryLimit::default()).unwrap();
         for (before, after) in before.layer_data.iter().zip(&after.layer_data) {
             assert_eq!(before.attributes, after.attributes);
             for (before, after) in before.channel_data.list.iter().zip(&after.channel_data.list) {
@@ -243,7 +252,8 @@ mod tests {
             // Nothing to repair in one layer is no reason to leave the other.
             channel.sample_data = FlatSamples::F32(vec![2.0; SIZE * SIZE]);
         }
-        let after = decode(&repair(before, &none, folder.path()).unwrap()).unwrap();
+        let file = repair(before, &none, folder.path()).unwrap();
+        let after = decode(&file, MemoryLimit::default()).unwrap();
         let filled = &after.layer_data[0].channel_data.list[2];
         let value = filled.sample_data.value_by_flat_index(50).to_f32();
         assert!((value - 100.0 / 7.0).abs() < 0.5, "{}: {value}", filled.name);

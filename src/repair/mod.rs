@@ -6,15 +6,17 @@
 //! of them. A picture's sampler is not known either: it is taken to repeat, as glTF's default does.
 //!
 //! Guaranteed: valid texels of PNG, WebP, TIFF, HDR and EXR files keep their values, in EXR files
-//! to the bit. Not guaranteed: the same of JPEGs, which are compressed anew; and what an image file
-//! holds beside its texels and its ICC profile (text, dates, resolution) is lost, but for EXR
-//! attributes.
+//! to the bit, and what the file holds beside them comes along; what does not is said. Not
+//! guaranteed: the same texels of JPEGs, which are compressed anew. A damaged file, or one that
+//! claims more memory than [`RepairOptions::memory_limit`], is an error, and nothing is written.
 
 mod exr_file;
 mod layers;
-pub(crate) mod picture;
+mod picture;
+pub(crate) mod picture_file;
 mod report;
 mod sources;
+mod tiff_file;
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -23,9 +25,12 @@ use image::ImageFormat;
 use seamwise_texture::{Role, Wrap};
 use serde_json::Value;
 
-use crate::asset::Asset;
+use crate::asset::{self, Asset, EncodedImage};
 use crate::atlas::{ImageRepair, encode_repaired, repair_all};
 use crate::error::{Error, Result};
+use crate::images::{Encoding, detect_format};
+use crate::limit::MemoryLimit;
+use crate::metadata::png_widening;
 use crate::read::{folder_of, read_bytes};
 use crate::write::{refuse_overwriting, to_glb, write_files};
 
@@ -46,6 +51,10 @@ pub struct RepairOptions {
     /// What the texels mean; [`Role::Color`] if not given. An EXR's channels are filled as they are
     /// stored, whatever they mean.
     pub role: Option<Role>,
+    /// Most memory that decoding one image may take.
+    pub memory_limit: MemoryLimit,
+    /// How images are encoded.
+    pub encoding: Encoding,
 }
 
 /// The mesh that wears a picture: all triangle primitives of a glTF file, wherever its nodes put
@@ -109,16 +118,13 @@ enum Kind {
 
 impl Kind {
     fn of(path: &Path, bytes: &[u8]) -> Result<Self> {
-        let named = |extension: &str| {
-            path.extension().is_some_and(|own| own.eq_ignore_ascii_case(extension))
-        };
-        if bytes.starts_with(b"glTF") || named("gltf") || named("glb") {
+        if bytes.starts_with(b"glTF") || is_named(path, &["gltf", "glb"]) {
             return Ok(Self::Asset);
         }
         if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
             return Ok(Self::Exr);
         }
-        match image::guess_format(bytes).ok().filter(ImageFormat::reading_enabled) {
+        match detect_format(bytes) {
             Some(format) => Ok(Self::Picture(format)),
             None => Err(Error::Unsupported { what: format!("{}: such a file", path.display()) }),
         }
@@ -137,15 +143,37 @@ pub fn repair_file(input: &Path, output: &Path, options: &RepairOptions) -> Resu
     for read in [Some(input), mesh, options.mask.as_deref()].into_iter().flatten() {
         refuse_overwriting(read, &[output.to_owned()])?;
     }
-    let bytes = std::fs::read(input).map_err(|error| Error::io(input, error))?;
-    let job = Job { input, output, options };
-    let (file, report) = match Kind::of(input, &bytes)? {
-        Kind::Asset => job.asset(&bytes)?,
-        Kind::Exr => job.exr(&bytes)?,
-        Kind::Picture(format) => job.picture(&bytes, format)?,
+    let bytes = if is_named(input, &["gltf", "glb"]) {
+        std::fs::read(input).map_err(|error| Error::io(input, error))?
+    } else {
+        options.memory_limit.read_file(input)?
     };
+    let (file, report) = repair_bytes(&bytes, input, output, options)?;
     write_files(&[(output.to_owned(), file)])?;
     Ok(report)
+}
+
+/// Repairs the file `input`, which holds `bytes`, and gives what [`repair_file`] writes to `output`.
+///
+/// # Errors
+/// As [`repair_file`].
+pub fn repair_bytes(
+    bytes: &[u8],
+    input: &Path,
+    output: &Path,
+    options: &RepairOptions,
+) -> Result<(Vec<u8>, RepairReport)> {
+    let job = Job { input, output, options };
+    match Kind::of(input, bytes)? {
+        Kind::Asset => job.asset(bytes),
+        Kind::Exr => job.exr(bytes),
+        Kind::Picture(format) => job.picture(bytes, format),
+    }
+}
+
+fn is_named(path: &Path, extensions: &[&str]) -> bool {
+    let is = |own: &std::ffi::OsStr| extensions.iter().any(|other| own.eq_ignore_ascii_case(other));
+    path.extension().is_some_and(is)
 }
 
 /// From one file to another.
@@ -159,7 +187,7 @@ struct Job<'a> {
 impl Job<'_> {
     /// Checks that the output's name says what it will be.
     fn expect_extension(&self, extension: &str) -> Result<()> {
-        if self.output.extension().is_some_and(|own| own.eq_ignore_ascii_case(extension)) {
+        if is_named(self.output, &[extension]) {
             return Ok(());
         }
         let [input, output] = [self.input, self.output].map(Path::display);
@@ -169,15 +197,18 @@ impl Job<'_> {
 
     fn asset(&self, bytes: &[u8]) -> Result<(Vec<u8>, RepairReport)> {
         self.expect_extension("glb")?;
-        if *self.options != RepairOptions::default() {
+        let RepairOptions { mesh, mask, background, role, memory_limit, encoding } = self.options;
+        let own = mesh.is_none() && mask.is_none() && role.is_none();
+        if !own || *background != Background::Auto {
             let what = "mesh, mask, background and role are for pictures: an asset has its own";
             return Err(Error::Options { what: format!("{}: {what}", self.input.display()) });
         }
         let run = || {
             let asset = read_bytes(bytes, folder_of(self.input))?;
-            let repairs = repair_all(&asset)?;
-            let images = encode_repaired(&asset, &repairs)?;
-            let report = repairs.iter().map(|repair| asset_image(&asset, repair)).collect();
+            let repairs = repair_all(&asset, *memory_limit)?;
+            let images = encode_repaired(&asset, &repairs, *encoding)?;
+            let report =
+                repairs.iter().map(|repair| asset_image(&asset, repair, *encoding)).collect();
             let glb = to_glb(&Asset { images, ..asset })?;
             Ok((glb, RepairReport { images: report }))
         };
@@ -186,7 +217,7 @@ impl Job<'_> {
 }
 
 /// The report of an image of an asset, which is called by its place and its name.
-fn asset_image(asset: &Asset, repair: &ImageRepair) -> ImageReport {
+fn asset_image(asset: &Asset, repair: &ImageRepair, encoding: Encoding) -> ImageReport {
     let at = format!("/images/{}", repair.image);
     let field = |key: &str| asset.json.pointer(&at)?.get(key).and_then(Value::as_str);
     let uri = || field("uri").filter(|uri| !uri.starts_with("data:"));
@@ -197,10 +228,28 @@ fn asset_image(asset: &Asset, repair: &ImageRepair) -> ImageReport {
         ..ImageReport::default()
     };
     match &repair.result {
-        Ok(repaired) => report.add_outcome(&repaired.validity, repaired.outcome, repaired.reads()),
+        Ok(repaired) => {
+            report.add_outcome(&repaired.validity, repaired.outcome, repaired.reads());
+            report.notes = encoding_notes(&asset.images[repair.image], encoding);
+        }
         Err(reason) => report.left_alone = Some(reason.to_string()),
     }
     report
+}
+
+/// What is to be said about the encoding of an asset's image that was repaired.
+fn encoding_notes(before: &EncodedImage, encoding: Encoding) -> Vec<String> {
+    let note = match before.format {
+        asset::ImageFormat::Png => png_widening(&before.bytes),
+        asset::ImageFormat::Jpeg if encoding.png => Some("it becomes a PNG".to_owned()),
+        asset::ImageFormat::Jpeg => Some(reencoded(encoding.quality)),
+    };
+    note.into_iter().collect()
+}
+
+/// What is to be said about a JPEG.
+fn reencoded(quality: u8) -> String {
+    format!("it is encoded anew at quality {quality}")
 }
 
 #[cfg(test)]

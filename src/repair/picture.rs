@@ -1,81 +1,18 @@
 //! The repair of a picture: PNG, JPEG, WebP, TIFF, Radiance HDR.
 
-use std::io::Cursor;
-use std::path::Path;
-
-use image::codecs::hdr::HdrEncoder;
-use image::codecs::jpeg::JpegEncoder;
-use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use image::codecs::tiff::TiffEncoder;
-use image::codecs::webp::WebPEncoder;
-use image::error::UnsupportedErrorKind;
-use image::{DynamicImage, ImageDecoder, ImageEncoder, ImageError, ImageFormat, ImageReader};
+use image::ImageFormat;
 use seamwise_texture::repair;
 
+use super::picture_file::Picture;
 use super::report::{ImageReport, RepairReport};
 use super::sources::Sources;
 use super::{Job, WRAP};
 use crate::error::{Error, Result};
-use crate::images::{JPEG_QUALITY, limits};
 
 /// How far a texel may be from the background color: half a step of 8 bits where files keep their
 /// texels, three steps and a half where a lossy codec may have changed them.
 const TOLERANCE: f32 = 0.5 / 255.0;
 const LOSSY_TOLERANCE: f32 = 3.5 / 255.0;
-
-/// A picture as its file holds it.
-pub(crate) struct Picture {
-    /// Its texels.
-    pub(crate) texels: DynamicImage,
-    /// What its numbers mean as colors (an ICC profile), passed on.
-    profile: Option<Vec<u8>>,
-}
-
-impl Picture {
-    /// Reads a picture of any format that its first bytes tell.
-    pub(crate) fn read(path: &Path) -> Result<Self> {
-        let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
-        let invalid =
-            |error: ImageError| Error::invalid(path.display().to_string(), error.to_string());
-        let format = image::guess_format(&bytes).map_err(invalid)?;
-        Self::decode(&bytes, format).map_err(invalid)
-    }
-
-    fn decode(bytes: &[u8], format: ImageFormat) -> image::ImageResult<Self> {
-        let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
-        reader.limits(limits());
-        let mut decoder = reader.into_decoder()?;
-        limits().reserve(decoder.total_bytes())?;
-        let profile = decoder.icc_profile()?;
-        Ok(Self { texels: DynamicImage::from_decoder(decoder)?, profile })
-    }
-
-    /// The picture as a file: in the same bits where the format has them, never in fewer.
-    fn encode(&self, format: ImageFormat) -> image::ImageResult<Vec<u8>> {
-        let mut bytes = Cursor::new(Vec::new());
-        let out = &mut bytes;
-        match format {
-            ImageFormat::Jpeg => self.write(JpegEncoder::new_with_quality(out, JPEG_QUALITY)),
-            ImageFormat::WebP => self.write(WebPEncoder::new_lossless(out)),
-            ImageFormat::Tiff => self.write(TiffEncoder::new(out)),
-            ImageFormat::Hdr => self.write(HdrEncoder::new(out)),
-            _ => {
-                let (deflate, filter) = (CompressionType::Default, FilterType::Adaptive);
-                self.write(PngEncoder::new_with_quality(out, deflate, filter))
-            }
-        }?;
-        Ok(bytes.into_inner())
-    }
-
-    fn write(&self, mut encoder: impl ImageEncoder) -> image::ImageResult<()> {
-        if let Some(profile) = &self.profile {
-            // A format that holds no profile has one color space.
-            let _ = encoder.set_icc_profile(profile.clone());
-        }
-        let [width, height] = [self.texels.width(), self.texels.height()];
-        encoder.write_image(self.texels.as_bytes(), width, height, self.texels.color().into())
-    }
-}
 
 impl Job<'_> {
     pub(super) fn picture(
@@ -85,8 +22,13 @@ impl Job<'_> {
     ) -> Result<(Vec<u8>, RepairReport)> {
         let output_format = self.output_format()?;
         let invalid = |what: String| Error::invalid(self.input.display().to_string(), what);
-        let mut picture =
-            Picture::decode(bytes, format).map_err(|error| invalid(error.to_string()))?;
+        let encoding = self.options.encoding;
+        if encoding.png && output_format != ImageFormat::Png {
+            let what = format!("{}: no PNG, but --png is given", self.output.display());
+            return Err(Error::Options { what });
+        }
+        let mut picture = Picture::decode(bytes, format, self.options.memory_limit)
+            .map_err(|error| error.in_file(self.input))?;
         let size = [picture.texels.width() as usize, picture.texels.height() as usize];
         let lossy = matches!(format, ImageFormat::Jpeg | ImageFormat::WebP);
         let tolerance = if lossy { LOSSY_TOLERANCE } else { TOLERANCE };
@@ -101,9 +43,13 @@ impl Job<'_> {
         let reads = sources.reads(&validity);
         let outcome = repair(&mut picture.texels, role, &validity, WRAP)
             .map_err(|error| invalid(error.to_string()))?;
-        let file = picture.encode(output_format).map_err(|error| self.refused(&error))?;
+        let (file, notes) = picture.encode(output_format, encoding.quality).map_err(|what| {
+            let output = self.output.display();
+            Error::Options { what: format!("{output}: {what}; choose another format") }
+        })?;
         let name = self.input.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let mut report = ImageReport { name, role: Some(role), ..ImageReport::default() };
+        report.notes = [picture.notes, notes].concat();
         report.add_outcome(&validity, outcome, reads);
         Ok((file, RepairReport { images: vec![report] }))
     }
@@ -127,27 +73,15 @@ impl Job<'_> {
             what: format!("{}: no format for pictures that is known", self.output.display()),
         })
     }
-
-    /// The error that an encoder gave.
-    fn refused(&self, error: &ImageError) -> Error {
-        match error {
-            ImageError::Unsupported(unsupported)
-                if matches!(unsupported.kind(), UnsupportedErrorKind::Color(_)) =>
-            {
-                let what = format!("{}: {error}; choose another format", self.output.display());
-                Error::Options { what }
-            }
-            _ => Error::Internal { what: error.to_string() },
-        }
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::limit::MemoryLimit;
     use crate::repair::{Background, RepairOptions, repair_file};
-    use image::{ColorType, GrayImage, Luma};
-    use std::path::PathBuf;
+    use image::{ColorType, DynamicImage, GrayImage, Luma};
+    use std::path::{Path, PathBuf};
 
     const SIZE: u32 = 24;
     const KINDS: [ColorType; 8] = [
@@ -200,7 +134,7 @@ mod tests {
         let [input, output]: [PathBuf; 2] = names.map(|name| folder.join(name));
         before.save(&input).unwrap();
         let report = repair_file(&input, &output, options)?;
-        Ok((Picture::read(&output)?.texels, report))
+        Ok((Picture::read(&output, MemoryLimit::default())?.texels, report))
     }
 
     #[test]
@@ -257,8 +191,10 @@ mod tests {
             let first = format!("a.{}", &name[2..]);
             let (_, _) = run(&before, [&first, name], &options, folder.path()).unwrap();
             // What the file holds, which is less than the floats if they are shared exponents.
-            let before = Picture::read(&folder.path().join(&first)).unwrap().texels;
-            let after = Picture::read(&folder.path().join(name)).unwrap().texels;
+            let read = |name: &str| {
+                Picture::read(&folder.path().join(name), MemoryLimit::default()).unwrap().texels
+            };
+            let (before, after) = (read(&first), read(name));
             assert_eq!(before.color(), after.color());
             let bytes = usize::from(before.color().bytes_per_pixel());
             let texels = before.as_bytes().chunks(bytes).zip(after.as_bytes().chunks(bytes));
@@ -289,13 +225,5 @@ mod tests {
         std::fs::write(&broken, b"\x89PNG\r\n\x1a\nnothing").unwrap();
         let error = repair_file(&broken, &folder.path().join("b.png"), &fits).unwrap_err();
         assert!(matches!(error, Error::Invalid { .. }), "{error}");
-    }
-
-    #[test]
-    fn an_icc_profile_is_passed_on() {
-        let texels = atlas(ColorType::Rgb8);
-        let picture = Picture { texels, profile: Some(b"not really one".to_vec()) };
-        let file = picture.encode(ImageFormat::Png).unwrap();
-        assert_eq!(Picture::decode(&file, ImageFormat::Png).unwrap().profile, picture.profile);
     }
 }

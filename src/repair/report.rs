@@ -31,6 +31,8 @@ pub struct ImageReport {
     pub reads: Vec<MipReads>,
     /// Why it was left alone, if it was.
     pub left_alone: Option<String>,
+    /// What changed beside texels that were filled.
+    pub notes: Vec<String>,
 }
 
 impl ImageReport {
@@ -85,6 +87,10 @@ impl RepairReport {
             text +=
                 "\ntexels that filtering reads, mip by mip: invalid/all before → invalid after\n";
             text += &reads;
+        }
+        for image in &self.images {
+            let name = &image.name;
+            text.extend(image.notes.iter().map(|note| format!("{name}: {note}\n")));
         }
         text
     }

@@ -7,7 +7,7 @@ use image::DynamicImage;
 use seamwise_texture::{MipReads, Plane, Validity, count_reads, detect_background};
 use serde_json::Value;
 
-use super::picture::Picture;
+use super::picture_file::Picture;
 use super::{Background, MeshOptions, RepairOptions, WRAP};
 use crate::asset::Asset;
 use crate::atlas::Charts;
@@ -30,7 +30,7 @@ impl Sources {
             .as_ref()
             .map(|mesh| read_charts(mesh).map_err(|error| error.in_file(&mesh.file)));
         let mask = options.mask.as_ref().map(|path| {
-            let luma = Picture::read(path)?.texels.to_luma32f();
+            let luma = Picture::read(path, options.memory_limit)?.texels.to_luma32f();
             let [width, height] = [luma.width() as usize, luma.height() as usize];
             let plane = Plane::from_vec(width, height, 1, luma.into_raw());
             Ok::<_, Error>((path.clone(), Validity::from_mask(&plane)))

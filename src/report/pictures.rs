@@ -18,6 +18,7 @@ use crate::evaluate::render::{Image, render_views};
 use crate::evaluate::scene::{Mode, Scene};
 use crate::evaluate::wireframe::draw_wireframe;
 use crate::images::decode;
+use crate::limit::MemoryLimit;
 
 /// Views of a scene.
 pub const VIEWS: usize = 6;
@@ -174,8 +175,12 @@ impl AtlasPicture {
 /// Draws the repaired images of an asset, as they were and as they are.
 ///
 /// # Errors
-/// [`Error::Invalid`] if an image is damaged.
-pub fn draw_atlases(asset: &Asset, repairs: &[ImageRepair]) -> Result<AtlasPictures> {
+/// [`Error::Invalid`] if an image is damaged or takes more memory than `limit`.
+pub fn draw_atlases(
+    asset: &Asset,
+    repairs: &[ImageRepair],
+    limit: MemoryLimit,
+) -> Result<AtlasPictures> {
     let repaired: Vec<(&ImageRepair, &Repaired)> =
         repairs.iter().filter_map(|each| Some((each, each.result.as_ref().ok()?))).collect();
     let left_alone =
@@ -184,15 +189,21 @@ pub fn draw_atlases(asset: &Asset, repairs: &[ImageRepair]) -> Result<AtlasPictu
     Ok(AtlasPictures {
         shown: shown
             .par_iter()
-            .map(|(repair, repaired)| draw_atlas(asset, repair, repaired))
+            .map(|(repair, repaired)| draw_atlas(asset, repair, repaired, limit))
             .collect::<Result<_>>()?,
         more: repaired.len() - shown.len(),
         left_alone: left_alone.collect(),
     })
 }
 
-fn draw_atlas(asset: &Asset, repair: &ImageRepair, repaired: &Repaired) -> Result<AtlasPicture> {
-    let before = decode(&asset.images[repair.image], &format!("/images/{}", repair.image))?;
+fn draw_atlas(
+    asset: &Asset,
+    repair: &ImageRepair,
+    repaired: &Repaired,
+    limit: MemoryLimit,
+) -> Result<AtlasPicture> {
+    let at = format!("/images/{}", repair.image);
+    let before = decode(&asset.images[repair.image], &at, limit)?;
     let validity = &repaired.validity;
     let mut marked = thumbnail(&before);
     hatch(&mut marked, validity);

@@ -8,7 +8,8 @@ use seamwise_attr::{View, WedgeId, curvature_importance, view_importance};
 use super::values::point_values;
 use crate::error::{Error, Result};
 use crate::geometry::Geometry;
-use crate::repair::picture::Picture;
+use crate::limit::MemoryLimit;
+use crate::repair::picture_file::Picture;
 
 /// White on a map counts so many times as much as middle gray, which counts as without a map, and black
 /// as little.
@@ -109,8 +110,8 @@ pub(super) struct Map {
 
 impl Map {
     /// Reads a picture.
-    pub(super) fn read(path: &Path) -> Result<Self> {
-        let luma = Picture::read(path)?.texels.to_luma32f();
+    pub(super) fn read(path: &Path, limit: MemoryLimit) -> Result<Self> {
+        let luma = Picture::read(path, limit)?.texels.to_luma32f();
         let size = [luma.width() as usize, luma.height() as usize];
         if luma.iter().any(|x| !x.is_finite()) {
             let what = "a map of importance must be finite";

@@ -11,6 +11,7 @@ use seamwise_attr::{Cost, Options, Placement, Weights};
 use crate::asset::Asset;
 use crate::error::{Error, Result};
 use crate::geometry::Geometry;
+use crate::limit::MemoryLimit;
 use crate::nodes::world_nodes;
 pub use importance::Importance;
 use importance::Map;
@@ -107,7 +108,7 @@ impl Steering {
         self.importance.check()
     }
 
-    /// What is asked of each of the meshes.
+    /// What is asked of each of the meshes. Decoding a map may take as much memory as `limit`.
     ///
     /// # Errors
     /// [`Error::Options`] if a material or an attribute is named that is not there, with those
@@ -116,13 +117,15 @@ impl Steering {
         &self,
         asset: &Asset,
         geometries: &[Geometry],
+        limit: MemoryLimit,
     ) -> Result<Vec<MeshSteering>> {
         let materials = self.lock_materials.iter().map(|name| material(asset, name));
         let materials = materials.collect::<Result<Vec<_>>>()?.concat();
         for name in self.lock_attribute.iter().chain(&self.importance.attribute) {
             check_attribute(geometries, name)?;
         }
-        let map = self.importance.map.as_deref().map(Map::read).transpose()?;
+        let read = |path| Map::read(path, limit);
+        let map = self.importance.map.as_deref().map(read).transpose()?;
         let worlds = worlds(asset)?;
         let steer = |geometry: &Geometry| {
             let worlds = worlds.get(&geometry.mesh).map_or(&[][..], Vec::as_slice);

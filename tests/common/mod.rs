@@ -5,10 +5,12 @@
 
 pub(crate) mod assets;
 pub(crate) mod build;
+pub(crate) mod files;
 pub(crate) mod output;
 pub(crate) mod pose;
 pub(crate) mod rigs;
 pub(crate) mod shapes;
+pub(crate) mod tiffs;
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc;
@@ -32,6 +34,31 @@ pub(crate) fn shared_assets() -> Option<PathBuf> {
     }
     println!("skipped: ../shared/assets is absent");
     None
+}
+
+/// The checksum of a PNG chunk (ISO 3309).
+pub(crate) fn crc(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(!0u32, |crc, &byte| {
+        let shift = |crc: u32| if crc & 1 == 1 { 0xedb8_8320 ^ (crc >> 1) } else { crc >> 1 };
+        (0..8).fold(crc ^ u32::from(byte), |crc, _| shift(crc))
+    })
+}
+
+/// Numbers that are the same on every run (Vigna's splitmix64).
+pub(crate) struct Random(pub(crate) u64);
+
+impl Random {
+    pub(crate) fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut x = self.0;
+        x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        x ^ (x >> 31)
+    }
+
+    pub(crate) fn below(&mut self, limit: usize) -> usize {
+        (self.next() % limit as u64) as usize
+    }
 }
 
 /// Options that spend no time on measuring.
