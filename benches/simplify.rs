@@ -73,7 +73,11 @@ fn measure(criterion: &mut Criterion, mesh: &Mesh) {
     }
     group.bench_function("polish, all threads", |b| {
         let levels = ours(mesh);
-        b.iter_batched(|| levels.clone(), |levels| polished(mesh, levels), BatchSize::PerIteration);
+        b.iter_batched(
+            || levels.clone(),
+            |levels| polished(mesh, levels, &Polish::default()),
+            BatchSize::PerIteration,
+        );
     });
     group.bench_function("meshoptimizer, four calls", |b| {
         b.iter_batched(|| Group::split(mesh), theirs, BatchSize::PerIteration);
@@ -103,8 +107,11 @@ fn compare(mesh: &Mesh) {
         println!("simplify on {threads} threads: {own:.2} s, {:.2} of the rival's", own / rival);
     }
     let levels = ours(mesh);
-    let polish = seconds(|| polished(mesh, levels));
-    println!("polish, all threads: {polish:.2} s, {:.2} of the rival's", polish / rival);
+    for (name, polish) in [("polish", &Polish::default()), ("fast polish", &Polish::FAST)] {
+        let levels = levels.clone();
+        let polish = seconds(|| polished(mesh, levels, polish));
+        println!("{name}, all threads: {polish:.2} s, {:.2} of the rival's", polish / rival);
+    }
 }
 
 fn tell_memory(mesh: &Mesh, who: &str) {
@@ -112,7 +119,7 @@ fn tell_memory(mesh: &Mesh, who: &str) {
     let before = mega(peak_memory());
     match who {
         "ours" => drop(black_box(ours(mesh))),
-        "polished" => drop(black_box(polished(mesh, ours(mesh)))),
+        "polished" => drop(black_box(polished(mesh, ours(mesh), &Polish::default()))),
         "rival" => drop(black_box(theirs(Group::split(mesh)))),
         _ => return eprintln!("--memory ours, polished or rival"),
     }
@@ -134,10 +141,9 @@ fn ours(mesh: &Mesh) -> Vec<Level> {
     simplify_chain(mesh, &targets, &Options::default(), &AtomicUsize::new(0)).expect("a chain")
 }
 
-fn polished(mesh: &Mesh, mut levels: Vec<Level>) -> Vec<Level> {
+fn polished(mesh: &Mesh, mut levels: Vec<Level>, polish: &Polish) -> Vec<Level> {
     let done = AtomicUsize::new(0);
-    polish_chain(mesh, &mut levels, &Options::default(), &Polish::default(), &done)
-        .expect("sound options");
+    polish_chain(mesh, &mut levels, &Options::default(), polish, &done).expect("sound options");
     levels
 }
 

@@ -96,6 +96,7 @@ fn the_options_of_the_design_are_there() {
         "--triangles",
         "--max-error",
         "--max-turn",
+        "--fast",
         "--join-distance",
         "--keep-volume",
         "--importance-map",
@@ -215,6 +216,8 @@ fn a_polished_level_is_nearer_than_one_that_is_not() {
     let (plain, none) = ran("plain", &["--no-polish"]);
     assert!(polished < 0.95 * plain, "{polished} of {plain}");
     assert!(seconds > 0.0 && none == 0.0);
+    let (fast, _) = ran("fast", &["--fast"]);
+    assert!(polished < fast && fast < plain, "{fast} is not between {polished} and {plain}");
 }
 
 #[test]

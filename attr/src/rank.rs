@@ -14,7 +14,7 @@ use crate::queue::Queue;
 use crate::topology::Topology;
 
 /// Edges that one thread ranks at least before another is asked.
-const AT_ONCE: usize = 1 << 15;
+const AT_ONCE: usize = 1 << 12;
 
 /// The bounds of edges, from those that triangles carry.
 pub(crate) fn edge_bounds(topology: &Topology, triangles: &[[f32; 3]]) -> Vec<f32> {

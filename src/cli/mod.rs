@@ -84,6 +84,9 @@ pub(crate) struct BakeArgs {
     /// Leave the levels as the descent left them, which is faster and less like the source.
     #[arg(long)]
     no_polish: bool,
+    /// Polish once over fewer samples: half of its time for a few percent of likeness.
+    #[arg(long, conflicts_with = "no_polish")]
+    fast: bool,
     /// What becomes of the textures.
     #[arg(long, value_enum, default_value_t = TextureMode::Repair)]
     textures: TextureMode,
@@ -131,6 +134,11 @@ pub(crate) enum TextureMode {
 }
 
 impl BakeArgs {
+    fn polish(&self) -> Option<Polish> {
+        let polish = if self.fast { Polish::FAST } else { Polish::default() };
+        (!self.no_polish).then_some(polish)
+    }
+
     /// What these arguments mean.
     pub(crate) fn resolve(&self) -> Result<BakeOptions> {
         let screen = Screen {
@@ -147,7 +155,7 @@ impl BakeArgs {
                 _ => Targets::halves(self.levels.into()),
             },
             steering: self.steering.resolve()?,
-            polish: (!self.no_polish).then(Polish::default),
+            polish: self.polish(),
             textures: match self.textures {
                 TextureMode::Repair => Textures::Repair,
                 TextureMode::Keep => Textures::Keep,

@@ -95,6 +95,11 @@ impl Default for Polish {
 }
 
 impl Polish {
+    /// What gives most of it in half the time: luminance 1.03, distance 1.05 and color 1.03 of
+    /// the default's, where no polish at all gives 1.05, 1.21 and 1.02, mean over the six assets.
+    pub const FAST: Self =
+        Self { rounds: 1, density: 4.0, damping: 0.02, attribute_damping: 0.005 };
+
     /// Samples on either surface for a level of so many triangles.
     fn samples(&self, triangles: usize) -> usize {
         let few = triangles.min(FULL);
