@@ -29,6 +29,7 @@ use seamwise::geometry::Geometry;
 use seamwise::levels::{LevelMesh, level_asset};
 use seamwise::parts::level_parts;
 use seamwise::read::read;
+use seamwise::surfaces::weld_all;
 use seamwise_attr::{Level, Mesh, Options, Polish, Weights, polish_chain, simplify_chain, weld};
 
 const ASSETS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/assets");
@@ -118,9 +119,7 @@ enum Subject {
 impl Subject {
     fn read(path: &Path) -> Self {
         let asset = read(path).expect("a readable model");
-        let geometries = (0..asset.count("meshes"))
-            .filter_map(|mesh| Geometry::read(&asset, mesh).expect("a sound mesh"))
-            .collect();
+        let geometries = weld_all(&asset).expect("sound meshes");
         Self::Asset { asset, geometries, textures: TextureCache::default() }
     }
 

@@ -59,7 +59,7 @@ fn main() {
 
 fn first_mesh(path: &Path) -> Mesh {
     let asset = read(path).expect("a readable model");
-    let geometry = Geometry::read(&asset, 0).expect("a sound mesh");
+    let geometry = Geometry::read(&asset, &[0]).expect("a sound mesh");
     geometry.expect("triangles").welded.mesh
 }
 

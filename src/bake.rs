@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use crate::asset::{Asset, EncodedImage};
 use crate::atlas::{ImageRepair, encode_repaired, repair_all};
 use crate::certificate::{Screen, certificate, certify};
-use crate::chains::{polish_all, simplify_all, triangle_count, weld_all};
+use crate::chains::{polish_all, simplify_all, triangle_count};
 use crate::error::{Error, Result};
 use crate::evaluate::load::{TextureCache, load};
 use crate::evaluate::{self, Metrics, Reference};
@@ -28,6 +28,7 @@ use crate::report::pictures::{Gallery, draw_atlases};
 use crate::report::threads::time_threads;
 use crate::report::{BakeReport, InputReport, LevelReport, Seconds, peak_memory};
 use crate::steering::MeshSteering;
+use crate::surfaces::weld_all;
 use crate::write::{refuse_overwriting, to_glb, write_files};
 
 /// Where an asset comes from.
@@ -321,7 +322,7 @@ fn input_report(input: Input<'_>, geometries: &[Geometry]) -> InputReport {
             Input::File(path) => path.display().to_string(),
             Input::Bytes(_, name) => name.to_owned(),
         },
-        meshes: geometries.len(),
+        meshes: geometries.iter().map(|geometry| geometry.meshes.len()).sum(),
         triangles: triangle_count(geometries),
         points: meshes.clone().map(|welded| welded.mesh.positions.len()).sum(),
         wedges: meshes.clone().map(|welded| welded.mesh.wedge_points.len()).sum(),
@@ -356,7 +357,7 @@ fn level_reports(
             reached: stopped.is_empty(),
             why: stopped.first().map(|stop| match chains.len() {
                 1 => stop.to_string(),
-                meshes => format!("in {} of {meshes} meshes {stop}", stopped.len()),
+                surfaces => format!("in {} of {surfaces} surfaces {stop}", stopped.len()),
             }),
             largest_size_pixels: sizes.as_ref().map(|sizes| sizes[index]),
             metrics: measured.map(|measured| measured.metrics[index]),

@@ -1,31 +1,15 @@
-//! The levels of every mesh of an asset: welded, simplified and polished, the meshes in parallel.
+//! The levels of every surface of an asset: simplified and polished, the surfaces in parallel.
 
 use rayon::prelude::*;
 use seamwise_attr::{Level, Polish, polish_chain, simplify_chain};
 
-use crate::asset::Asset;
 use crate::error::{Error, Result};
 use crate::geometry::Geometry;
 use crate::options::BakeOptions;
 use crate::progress::Progress;
 use crate::steering::MeshSteering;
 
-/// Every mesh of an asset that has triangles, welded.
-///
-/// # Errors
-/// [`Error::Invalid`] if there is none, or one can't be read.
-pub(crate) fn weld_all(asset: &Asset) -> Result<Vec<Geometry>> {
-    let meshes = 0..asset.count("meshes");
-    let read: Vec<Option<Geometry>> =
-        meshes.into_par_iter().map(|mesh| Geometry::read(asset, mesh)).collect::<Result<_>>()?;
-    let geometries: Vec<Geometry> = read.into_iter().flatten().collect();
-    if geometries.is_empty() {
-        return Err(Error::invalid("/meshes", "there is not a single triangle to simplify"));
-    }
-    Ok(geometries)
-}
-
-/// The levels of each mesh, the meshes in parallel. `steering` holds what is asked of each.
+/// The levels of each surface, the surfaces in parallel. `steering` holds what is asked of each.
 pub(crate) fn simplify_all(
     geometries: &[Geometry],
     steering: &[MeshSteering],
@@ -49,7 +33,7 @@ pub(crate) fn simplify_all(
     })
 }
 
-/// Fits the levels to their meshes, the meshes in parallel. `steering` holds what is asked of each.
+/// Fits the levels to their surfaces, the surfaces in parallel. `steering` holds what is asked of each.
 pub(crate) fn polish_all(
     geometries: &[Geometry],
     chains: &mut [Vec<Level>],
@@ -68,7 +52,7 @@ pub(crate) fn polish_all(
     })
 }
 
-/// The triangles each level of a mesh is to have.
+/// The triangles each level of a surface is to have.
 fn targets(geometry: &Geometry, shares: &[f64]) -> Vec<usize> {
     let own = geometry.welded.mesh.triangles.len() as f64;
     shares.iter().map(|share| ((own * share).round() as usize).max(1)).collect()

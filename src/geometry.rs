@@ -1,6 +1,6 @@
-//! A glTF mesh as one surface.
+//! Meshes of a document as one surface.
 //!
-//! All triangle primitives of a mesh are one surface: a material boundary is a seam in it, not a
+//! All triangle primitives of a mesh, or of several that border on one another, are one surface: a material boundary is a seam in it, not a
 //! crack. UVs, normals and `COLOR_0` go through the metric. Tangents are computed anew. Joints,
 //! weights and morph targets are blended where a level lies on the source; whatever else a vertex
 //! carries (further colors, an application's own) is taken over from the source vertex that a wedge
@@ -18,11 +18,11 @@ use crate::primitive::{Attributes, Primitive, read_checked};
 /// Most UV sets that the metric takes; further ones are carried along.
 const MOST_UV_SETS: usize = 4;
 
-/// The surface of one glTF mesh.
+/// The surface of one or more glTF meshes.
 #[derive(Clone, Debug)]
 pub struct Geometry {
-    /// The index of the mesh in the document.
-    pub mesh: usize,
+    /// The indices of the meshes in the document.
+    pub meshes: Vec<usize>,
     /// Points and wedges; a triangle's group is its part.
     pub welded: Welded,
     /// The triangle primitives, in order.
@@ -49,21 +49,23 @@ pub struct Part {
 }
 
 impl Geometry {
-    /// Reads and welds the triangles of a mesh. `None` if it has none.
+    /// Reads and welds the triangles of meshes, one at least. `None` if they have none.
     ///
     /// # Errors
     /// [`Error::Invalid`] with the place in the document.
-    pub fn read(asset: &Asset, mesh: usize) -> Result<Option<Self>> {
-        let mut primitives = Primitive::of_mesh(asset, mesh)?;
+    pub fn read(asset: &Asset, meshes: &[usize]) -> Result<Option<Self>> {
+        let all = meshes.iter().map(|&mesh| Primitive::of_mesh(asset, mesh));
+        let mut primitives = all.collect::<Result<Vec<_>>>()?.concat();
         primitives.retain(Primitive::is_surface);
         let mut reader = Reader::new(asset, layout(asset, &primitives)?);
         for primitive in primitives {
             reader.add(primitive)?;
         }
         let Reader { vertices, parts, .. } = reader;
-        let at = format!("/meshes/{mesh}");
-        let welded = weld(&vertices).map_err(|error| Error::invalid(&at, error.to_string()))?;
-        Ok((!welded.mesh.triangles.is_empty()).then_some(Self { mesh, welded, parts }))
+        let at = || format!("/meshes/{}", meshes[0]);
+        let welded = weld(&vertices).map_err(|error| Error::invalid(at(), error.to_string()))?;
+        let meshes = meshes.to_vec();
+        Ok((!welded.mesh.triangles.is_empty()).then_some(Self { meshes, welded, parts }))
     }
 
     /// The part that a vertex belongs to, by its number among those of all parts.

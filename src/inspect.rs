@@ -92,7 +92,7 @@ pub struct MipReport {
 pub fn inspect(asset: &Asset, limit: MemoryLimit) -> Result<Inspection> {
     let meshes: Vec<Option<MeshReport>> = (0..asset.count("meshes"))
         .into_par_iter()
-        .map(|mesh| Ok(Geometry::read(asset, mesh)?.map(|g| inspect_mesh(asset, &g))))
+        .map(|mesh| Ok(Geometry::read(asset, &[mesh])?.map(|g| inspect_mesh(asset, &g))))
         .collect::<Result<_>>()?;
     let meshes: Vec<MeshReport> = meshes.into_iter().flatten().collect();
     let extensions = asset.json.get("extensionsUsed").and_then(Value::as_array);
@@ -114,7 +114,7 @@ pub fn inspect(asset: &Asset, limit: MemoryLimit) -> Result<Inspection> {
 }
 
 fn inspect_mesh(asset: &Asset, geometry: &Geometry) -> MeshReport {
-    let (welded, index) = (&geometry.welded, geometry.mesh);
+    let (welded, index) = (&geometry.welded, geometry.meshes[0]);
     let name = asset.json.pointer(&format!("/meshes/{index}/name")).and_then(Value::as_str);
     let census = Census::new(&welded.mesh);
     MeshReport {

@@ -4,19 +4,21 @@
 use std::collections::BTreeSet;
 
 use glam::{DMat4, Vec3};
+use gltf::json::accessor::ComponentType;
 use rustc_hash::FxHashMap;
 use serde_json::{Map, Value, json};
 
+use crate::accessor::Elements;
 use crate::asset::{Asset, EncodedImage};
 use crate::certificate::Screen;
 use crate::error::{Error, Result};
-use crate::geometry::Geometry;
+use crate::geometry::{Geometry, Part};
 use crate::nodes::world_nodes;
 use crate::pack::Packer;
 use crate::parts::LevelPart;
 use crate::primitive::Primitive;
 
-/// One level of a mesh, ready to be written.
+/// One level of a surface, ready to be written.
 #[derive(Clone, Debug)]
 pub struct LevelMesh<'a> {
     /// The source.
@@ -36,11 +38,16 @@ pub fn level_asset(
     images: &[EncodedImage],
 ) -> Result<Asset> {
     let mut packer = Packer::new(asset, &replaced_accessors(asset, meshes)?);
-    for mesh in meshes {
-        let index = mesh.geometry.mesh;
-        let source = asset.json["meshes"][index]["primitives"].clone();
-        let primitives = level_primitives(&mut packer, &source, mesh)?;
-        packer.json()["meshes"][index]["primitives"] = primitives;
+    for surface in meshes {
+        for &mesh in &surface.geometry.meshes {
+            let source = asset.json["meshes"][mesh]["primitives"].clone();
+            let mut primitives = level_primitives(&mut packer, &source, surface, mesh)?;
+            if primitives.is_empty() {
+                leave_out(packer.json(), mesh);
+                primitives.push(nothing(&mut packer));
+            }
+            packer.json()["meshes"][mesh]["primitives"] = Value::Array(primitives);
+        }
     }
     for (index, image) in images.iter().enumerate() {
         packer.set_image(index, image.clone());
@@ -77,13 +84,16 @@ pub fn chain_asset(
     let mut packer = Packer::new(asset, &[]);
     let mut level_meshes = vec![Vec::new(); asset.count("meshes")];
     for (level, meshes) in levels.iter().enumerate() {
-        for mesh in meshes {
-            let source = asset.json["meshes"][mesh.geometry.mesh].clone();
-            let primitives = level_primitives(&mut packer, &source["primitives"], mesh)?;
-            let mut json = source;
-            json["primitives"] = primitives;
+        for (surface, &mesh) in
+            meshes.iter().flat_map(|s| s.geometry.meshes.iter().map(move |m| (s, m)))
+        {
+            let mut json = asset.json["meshes"][mesh].clone();
+            let primitives = level_primitives(&mut packer, &json["primitives"], surface, mesh)?;
+            let is_left = !primitives.is_empty();
+            json["primitives"] = Value::Array(primitives);
             add_suffix(&mut json, level + 1);
-            level_meshes[mesh.geometry.mesh].push(push(packer.json(), "meshes", json)?);
+            let index = is_left.then(|| push(packer.json(), "meshes", json)).transpose()?;
+            level_meshes[mesh].push(index);
         }
     }
     let worlds: FxHashMap<usize, DMat4> = world_nodes(asset)?.into_iter().collect();
@@ -95,10 +105,9 @@ pub fn chain_asset(
             continue;
         }
         let linked = link_levels(packer.json(), node, &level_meshes[mesh])?;
-        let geometry = levels.iter().flatten().find(|level| level.geometry.mesh == mesh);
-        if let (Some(coverage), Some(level), Some(world)) = (coverage, geometry, worlds.get(&node))
-        {
-            let share = diagonal(level.geometry, world) / coverage.diagonal;
+        let surface = levels.iter().flatten().find(|level| level.geometry.meshes.contains(&mesh));
+        if let (Some(coverage), Some(level), Some(world)) = (coverage, surface, worlds.get(&node)) {
+            let share = diagonal(level.geometry, mesh, world) / coverage.diagonal;
             let coverages = coverage.screen.coverages(coverage.sizes, share);
             add_coverage(&mut packer.json()["nodes"][linked], &coverages);
         }
@@ -114,7 +123,7 @@ pub fn chain_asset(
 fn replaced_accessors(asset: &Asset, meshes: &[LevelMesh<'_>]) -> Result<Vec<usize>> {
     let (mut replaced, mut kept) = (BTreeSet::new(), BTreeSet::new());
     for mesh in 0..asset.count("meshes") {
-        let is_replaced = meshes.iter().any(|level| level.geometry.mesh == mesh);
+        let is_replaced = meshes.iter().any(|level| level.geometry.meshes.contains(&mesh));
         for primitive in Primitive::of_mesh(asset, mesh)? {
             let used =
                 if is_replaced && primitive.is_surface() { &mut replaced } else { &mut kept };
@@ -152,18 +161,41 @@ fn collect_accessors(json: &Value, found: &mut BTreeSet<usize>) {
     }
 }
 
-/// The primitives of a mesh with its surface parts replaced; points and lines stay.
-fn level_primitives(packer: &mut Packer, source: &Value, mesh: &LevelMesh<'_>) -> Result<Value> {
+/// The primitives of a mesh with its surface parts replaced; points and lines stay. None at all if a
+/// surface of several meshes has no triangle left in this one.
+fn level_primitives(
+    packer: &mut Packer,
+    source: &Value,
+    surface: &LevelMesh<'_>,
+    mesh: usize,
+) -> Result<Vec<Value>> {
     let mut primitives = Vec::new();
     for (index, json) in source.as_array().into_iter().flatten().enumerate() {
-        let part = mesh.geometry.parts.iter().position(|part| part.primitive.index == index);
-        match part.map(|part| &mesh.parts[part]) {
+        let is_own = |part: &Part| [part.primitive.mesh, part.primitive.index] == [mesh, index];
+        match surface.geometry.parts.iter().position(is_own).map(|part| &surface.parts[part]) {
             None => primitives.push(json.clone()),
             Some(None) => {}
             Some(Some(part)) => primitives.push(level_primitive(packer, json, part)?),
         }
     }
-    Ok(Value::Array(primitives))
+    Ok(primitives)
+}
+
+/// Takes a mesh from the nodes that show it.
+fn leave_out(json: &mut Value, mesh: usize) {
+    for node in json["nodes"].as_array_mut().into_iter().flatten().filter_map(Value::as_object_mut)
+    {
+        if node.get("mesh") == Some(&json!(mesh)) {
+            node.shift_remove("mesh");
+        }
+    }
+}
+
+/// A primitive of one triangle without area, for a mesh that no node shows but whose index stays.
+fn nothing(packer: &mut Packer) -> Value {
+    let (component, bytes) = (ComponentType::F32, vec![0; 36]);
+    let corners = Elements { bytes, component, components: 3, normalized: false };
+    json!({"attributes": {"POSITION": packer.add_vertices(&corners, true)}})
 }
 
 fn level_primitive(packer: &mut Packer, source: &Value, part: &LevelPart) -> Result<Value> {
@@ -171,8 +203,8 @@ fn level_primitive(packer: &mut Packer, source: &Value, part: &LevelPart) -> Res
     let object = json.as_object_mut().ok_or_else(|| Error::Internal {
         what: "a primitive that was read is not an object".into(),
     })?;
-    let mut add_all = |attributes: &[(String, crate::accessor::Elements)]| {
-        let add = |(name, elements): &(String, crate::accessor::Elements)| {
+    let mut add_all = |attributes: &[(String, Elements)]| {
+        let add = |(name, elements): &(String, Elements)| {
             (name.clone(), json!(packer.add_vertices(elements, name == "POSITION")))
         };
         Value::Object(attributes.iter().map(add).collect())
@@ -194,10 +226,13 @@ fn level_primitive(packer: &mut Packer, source: &Value, part: &LevelPart) -> Res
 }
 
 /// The diagonal of a mesh's bounding box, as long as it is in the world on average over directions.
-fn diagonal(geometry: &Geometry, world: &DMat4) -> f64 {
-    let positions = geometry.welded.mesh.positions.iter();
-    let (low, high) = positions
-        .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)));
+fn diagonal(geometry: &Geometry, mesh: usize, world: &DMat4) -> f64 {
+    let welded = &geometry.welded.mesh;
+    let is_own = |&t: &usize| geometry.parts[welded.groups[t] as usize].primitive.mesh == mesh;
+    let own = (0..welded.triangles.len()).filter(is_own);
+    let (low, high) = own
+        .flat_map(|triangle| welded.triangle_positions(triangle))
+        .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
     f64::from((high - low).length()) * world.determinant().abs().cbrt()
 }
 
@@ -215,13 +250,16 @@ fn add_coverage(node: &mut Value, coverages: &[f64]) {
 ///
 /// Levels replace their node as a whole, its children too. So where a node has children, its mesh
 /// first moves to a child of its own, together with what belongs to the mesh.
-fn link_levels(json: &mut Value, node: usize, meshes: &[usize]) -> Result<usize> {
+fn link_levels(json: &mut Value, node: usize, meshes: &[Option<usize>]) -> Result<usize> {
     let has_children = json["nodes"][node].get("children").is_some();
     let node = if has_children { hoist_mesh(json, node)? } else { node };
     let mut ids = Vec::with_capacity(meshes.len());
     for (level, mesh) in meshes.iter().enumerate() {
         let mut copy = json["nodes"][node].clone();
-        copy["mesh"] = json!(mesh);
+        match (mesh, copy.as_object_mut()) {
+            (None, Some(node)) => drop(node.shift_remove("mesh")),
+            _ => copy["mesh"] = json!(mesh),
+        }
         if let Some(extensions) = copy.get_mut("extensions").and_then(Value::as_object_mut) {
             extensions.shift_remove("MSFT_lod");
         }
@@ -312,7 +350,7 @@ mod tests {
     #[test]
     fn a_leaf_names_a_node_for_each_level() {
         let mut json = document();
-        link_levels(&mut json, 1, &[7, 8]).unwrap();
+        link_levels(&mut json, 1, &[Some(7), Some(8)]).unwrap();
         assert_eq!(json["nodes"][1]["extensions"]["MSFT_lod"]["ids"], json!([2, 3]));
         assert_eq!(json["nodes"][3], json!({"name": "hand_lod2", "mesh": 8}));
     }
@@ -320,7 +358,7 @@ mod tests {
     #[test]
     fn a_node_with_children_hands_its_mesh_to_a_child_so_that_they_stay() {
         let mut json = document();
-        link_levels(&mut json, 0, &[7]).unwrap();
+        link_levels(&mut json, 0, &[Some(7)]).unwrap();
         let nodes = &json["nodes"];
         assert_eq!(nodes[0]["children"], json!([1, 2]));
         assert!(nodes[0].get("mesh").is_none() && nodes[0].get("rotation").is_some());

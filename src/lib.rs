@@ -58,5 +58,6 @@ pub mod repair;
 pub mod report;
 mod skin;
 pub mod steering;
+pub mod surfaces;
 pub mod textures;
 pub mod write;

@@ -17,6 +17,8 @@ pub type Attributes = Vec<(String, usize)>;
 pub struct Primitive {
     /// Its JSON pointer.
     pub at: String,
+    /// Its mesh.
+    pub mesh: usize,
     /// Its place among the primitives of its mesh.
     pub index: usize,
     /// Its attributes.
@@ -39,14 +41,16 @@ impl Primitive {
         let at = format!("/meshes/{mesh}/primitives");
         let list = asset.json.pointer(&at).and_then(Value::as_array);
         let list = list.ok_or_else(|| Error::invalid(&at, "there are none"))?;
-        (0..list.len()).map(|index| Self::parse(asset, format!("{at}/{index}"), index)).collect()
+        (0..list.len()).map(|index| Self::parse(asset, &at, [mesh, index])).collect()
     }
 
-    fn parse(asset: &Asset, at: String, index: usize) -> Result<Self> {
+    fn parse(asset: &Asset, list: &str, [mesh, index]: [usize; 2]) -> Result<Self> {
+        let at = format!("{list}/{index}");
         let json = asset.json.pointer(&at).unwrap_or(&Value::Null);
         let targets = json.get("targets").and_then(Value::as_array).map_or(0, Vec::len);
         let mode = json.get("mode").map_or(Some(4), Value::as_u64).filter(|&mode| mode < 7);
         Ok(Self {
+            mesh,
             index,
             attributes: attributes(asset, &format!("{at}/attributes"))?,
             targets: (0..targets)

@@ -58,6 +58,19 @@ pub(crate) fn visit_sides(
     }
 }
 
+/// The edges of one triangle alone, each from point to point as its triangle runs along it.
+pub fn border_edges(mesh: &Mesh) -> Vec<[PointId; 2]> {
+    let mut borders = Vec::new();
+    visit_edges(mesh, |kind, sides| {
+        if let (EdgeKind::Border, &[([lesser, greater], triangle)]) = (kind, sides) {
+            let own = mesh.triangle_points(triangle);
+            let runs_up = (0..3).any(|slot| [own[slot], own[(slot + 1) % 3]] == [lesser, greater]);
+            borders.push(if runs_up { [lesser, greater] } else { [greater, lesser] });
+        }
+    });
+    borders
+}
+
 /// How two triangles meet.
 fn meeting(mesh: &Mesh, a: &Side, b: &Side) -> EdgeKind {
     let (own, other) = (wedges_at(mesh, a), wedges_at(mesh, b));

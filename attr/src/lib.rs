@@ -50,7 +50,7 @@ mod triangle;
 mod weld;
 
 pub use chain::{Level, polish_chain, simplify_chain};
-pub use edges::Census;
+pub use edges::{Census, border_edges};
 pub use error::{Error, Result};
 pub use id::{CornerId, PointId, TriangleId, WedgeId};
 pub use importance::{Eye, View, curvature_importance, view_importance};

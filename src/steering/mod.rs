@@ -128,7 +128,7 @@ impl Steering {
         let map = self.importance.map.as_deref().map(read).transpose()?;
         let worlds = worlds(asset)?;
         let steer = |geometry: &Geometry| {
-            let worlds = worlds.get(&geometry.mesh).map_or(&[][..], Vec::as_slice);
+            let worlds = worlds.get(&geometry.meshes[0]).map_or(&[][..], Vec::as_slice);
             let stretch = largest_stretch(worlds);
             Ok(MeshSteering {
                 stretch,
