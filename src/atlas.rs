@@ -3,7 +3,9 @@
 use glam::{Affine2, Vec2};
 use image::DynamicImage;
 use rayon::prelude::*;
-use seamwise_texture::{MipReads, Outcome, Role, Validity, Wrap, count_reads, repair};
+use seamwise_texture::{
+    MipReads, Outcome, Role, Validity, Wrap, agreeing_padding, count_reads, repair,
+};
 use serde_json::Value;
 
 use crate::asset::{Asset, EncodedImage};
@@ -160,6 +162,8 @@ pub struct Repaired {
     pub texels: DynamicImage,
     /// Which of them came from the file.
     pub validity: Validity,
+    /// How many of those lie around the charts, in padding that was kept.
+    pub padding: usize,
     /// What was done to the others.
     pub outcome: Outcome,
     atlas: Atlas,
@@ -190,15 +194,33 @@ pub enum LeftAlone {
     Covered,
 }
 
+/// How the images of an asset are repaired.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct AtlasOptions {
+    /// Most memory that decoding one image may take.
+    pub memory_limit: MemoryLimit,
+    /// How many rings of texels around the charts stay if they agree with them; see
+    /// [`agreeing_padding`].
+    pub keep_padding: usize,
+}
+
 /// Repairs every image of an asset whose charts leave texels uncovered; one result per image.
 ///
 /// # Errors
 /// [`Error::Invalid`] if an image is damaged or takes more memory than `limit`.
 pub fn repair_all(asset: &Asset, limit: MemoryLimit) -> Result<Vec<ImageRepair>> {
+    repair_all_with(asset, AtlasOptions { memory_limit: limit, ..AtlasOptions::default() })
+}
+
+/// As [`repair_all`], with options.
+///
+/// # Errors
+/// As [`repair_all`].
+pub fn repair_all_with(asset: &Asset, options: AtlasOptions) -> Result<Vec<ImageRepair>> {
     let repair = |(image, atlas): (usize, Option<Atlas>)| {
         let role = atlas.as_ref().map(|atlas| atlas.role);
         let result = match atlas {
-            Some(atlas) => repair_one(asset, atlas, limit)?,
+            Some(atlas) => repair_one(asset, atlas, options)?,
             None => Err(LeftAlone::NotWorn),
         };
         Ok(ImageRepair { image, role, result })
@@ -209,23 +231,27 @@ pub fn repair_all(asset: &Asset, limit: MemoryLimit) -> Result<Vec<ImageRepair>>
 fn repair_one(
     asset: &Asset,
     atlas: Atlas,
-    limit: MemoryLimit,
+    options: AtlasOptions,
 ) -> Result<std::result::Result<Repaired, LeftAlone>> {
     if atlas.beyond_charts {
         return Ok(Err(LeftAlone::BeyondCharts));
     }
     let at = format!("/images/{}", atlas.image);
-    let mut texels = decode(&asset.images[atlas.image], &at, limit)?;
-    let validity = atlas.validity(texels.width() as usize, texels.height() as usize);
+    let mut texels = decode(&asset.images[atlas.image], &at, options.memory_limit)?;
+    let mut validity = atlas.validity(texels.width() as usize, texels.height() as usize);
     if validity.valid() == 0 {
         return Ok(Err(LeftAlone::NoChart));
     }
     if validity.invalid() == 0 {
         return Ok(Err(LeftAlone::Covered));
     }
-    let outcome = repair(&mut texels, atlas.role, &validity, atlas.wrap)
-        .map_err(|error| Error::invalid(&at, error.to_string()))?;
-    Ok(Ok(Repaired { texels, validity, outcome, atlas }))
+    let fault = |error: seamwise_texture::Error| Error::invalid(&at, error.to_string());
+    let rings = options.keep_padding;
+    let padding =
+        agreeing_padding(&texels, atlas.role, &validity, atlas.wrap, rings).map_err(fault)?;
+    validity.union(&padding);
+    let outcome = repair(&mut texels, atlas.role, &validity, atlas.wrap).map_err(fault)?;
+    Ok(Ok(Repaired { texels, validity, padding: padding.valid(), outcome, atlas }))
 }
 
 /// The asset's images with the repaired ones in their places, each in the format it came in unless

@@ -126,3 +126,31 @@ fn lightmaps_lose_their_nans_and_keep_what_is_valid_to_the_bit() {
     );
     assert!(error.unwrap_err().contains("large_box"));
 }
+
+#[test]
+fn good_padding_is_kept_on_request_and_garbage_never() {
+    let folder = tempfile::tempdir().unwrap();
+    let [atlas, mask, output] = ["a.png", "m.png", "b.png"].map(|name| folder.path().join(name));
+    // Two charts, at columns 8…16 and 40…48; the first has padding of its color, the other noise.
+    let chart = |x: u32, y: u32| (8..16).contains(&(x % 32)) && (8..16).contains(&y);
+    let texel = |x: u32, y: u32| match (chart(x, y), x < 32) {
+        (true, false) => image::Rgb([20u8, 120, 60]),
+        (_, true) => image::Rgb([180, 90, 40]),
+        _ => image::Rgb([(x * 97 + y * 57) as u8 | 128, 10, (x * 31 + y * 83) as u8]),
+    };
+    image::RgbImage::from_fn(64, 24, texel).save(&atlas).unwrap();
+    let luma = |x, y| image::Luma([if chart(x, y) { 255u8 } else { 0 }]);
+    image::GrayImage::from_fn(64, 24, luma).save(&mask).unwrap();
+
+    let mask = ["--mask", mask.to_str().unwrap()];
+    let table = repair(&atlas, &output, &mask).unwrap();
+    assert!(!table.contains("padding"), "{table}");
+    let table = repair(&atlas, &output, &[&mask[..], &["--keep-padding", "4"]].concat()).unwrap();
+    // A ring of four texels around the first chart.
+    assert!(table.contains(&format!("{} texels of its padding", 16 * 16 - 8 * 8)), "{table}");
+    for (x, y, found) in image::open(&output).unwrap().to_rgb8().enumerate_pixels() {
+        let kept = chart(x, y) || (4..20).contains(&x) && (4..20).contains(&y);
+        assert!(!kept || *found == texel(x, y), "{x} {y}");
+        assert!(found.0[1] >= 80, "noise is gone: {x} {y} {found:?}");
+    }
+}

@@ -207,6 +207,11 @@ pub(crate) struct RepairArgs {
     /// What the texels mean; color if not given, and numbers as they are in an EXR.
     #[arg(long, value_enum)]
     role: Option<RoleName>,
+    /// Keep up to N texels of existing padding around the charts where it agrees with them: ring by
+    /// ring, each texel within a tenth of the range (15° in a normal map) of what the chart leads to
+    /// expect there. All else around them is filled.
+    #[arg(long, default_value_t = 0, value_name = "N")]
+    keep_padding: u16,
     /// Quality of JPEGs that are written.
     #[arg(long, default_value_t = Encoding::default().quality, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=100))]
     quality: u8,
@@ -245,6 +250,7 @@ impl RepairArgs {
                 RoleName::Normal => Role::Normal,
                 RoleName::Data => Role::Data,
             }),
+            keep_padding: self.keep_padding.into(),
             encoding: Encoding { quality: self.quality, png: self.png },
             ..RepairOptions::default()
         }

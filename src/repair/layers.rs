@@ -11,12 +11,12 @@
 
 use exr::prelude::{FlatSamples, SampleType, Vec2, f16};
 use image::{DynamicImage, Rgb32FImage};
-use seamwise_texture::{Outcome, Part, Plane, Role, Validity, fill_holes};
+use seamwise_texture::{Outcome, Part, Plane, Role, Validity, agreeing_padding, fill_holes};
 
 use super::exr_file::{AnyLayer, Channel, LOSSLESS, decode, encode, loses, sample_type};
 use super::report::{ImageReport, RepairReport};
 use super::sources::Sources;
-use super::{Job, WRAP};
+use super::{Job, WRAP, padding_note};
 use crate::error::{Error, Result};
 
 impl Job<'_> {
@@ -70,10 +70,13 @@ impl Job<'_> {
         let tested = sources.validity([width, height], picture(layer).as_ref(), 0.0)?;
         *told |= tested.is_some();
         let all = || Validity::from_flags(width, height, vec![true; width * height]);
-        let validity = tested.unwrap_or_else(all);
+        let mut validity = tested.unwrap_or_else(all);
         if validity.valid() == 0 {
             return Err(self.nothing_valid());
         }
+        let padding = padding(layer, &validity, self.options.keep_padding);
+        report.notes.extend(padding_note(padding.valid()));
+        validity.union(&padding);
         let (trusted, outcome) = fill_layer(layer, &validity);
         *told |= trusted.invalid() > 0;
         report.add_outcome(&trusted, outcome, sources.reads(&trusted));
@@ -106,18 +109,50 @@ fn groups(channels: &[Channel]) -> Vec<Vec<usize>> {
 fn picture(layer: &AnyLayer) -> Option<DynamicImage> {
     let channels = &layer.channel_data.list;
     let groups = groups(channels);
-    let group = groups.iter().find(|group| group.len() == 3);
+    match (groups.iter().find(|group| group.len() == 3), groups.as_slice()) {
+        (Some(group), _) | (None, [group]) => group_picture(layer, group),
+        _ => None,
+    }
+}
+
+/// Channels as a picture: three colors, or the first of others thrice.
+fn group_picture(layer: &AnyLayer, group: &[usize]) -> Option<DynamicImage> {
+    let channels = &layer.channel_data.list;
     // Channels are in the order of their names: B, G, R.
-    let [b, g, r] = match (group, groups.as_slice()) {
-        (Some(group), _) => [group[0], group[1], group[2]],
-        (None, [only]) => [only[0]; 3],
-        _ => return None,
-    };
+    let [b, g, r] = group.try_into().unwrap_or([group[0]; 3]);
     let sample = |channel: usize, texel| channels[channel].sample_data.value_by_flat_index(texel);
     let texel = |texel| [r, g, b].map(|channel| sample(channel, texel).to_f32());
     let samples = (0..layer.size.area()).flat_map(texel).collect();
     let size = [layer.size.0, layer.size.1].map(|size| size as u32);
     Rgb32FImage::from_raw(size[0], size[1], samples).map(DynamicImage::ImageRgb32F)
+}
+
+/// The padding in up to `rings` rings around the valid texels that agrees with them in all
+/// channels: R, G and B as light, others as numbers.
+fn padding(layer: &AnyLayer, validity: &Validity, rings: usize) -> Validity {
+    let none = || {
+        Validity::from_flags(
+            validity.width(),
+            validity.height(),
+            vec![false; validity.flags().len()],
+        )
+    };
+    if rings == 0 {
+        return none();
+    }
+    let of_group = |group: Vec<usize>| {
+        let role = if group.len() == 3 { Role::Color } else { Role::Data };
+        let picture = group_picture(layer, &group)?;
+        agreeing_padding(&picture, role, validity, WRAP, rings).ok()
+    };
+    let each = groups(&layer.channel_data.list)
+        .into_iter()
+        .map(|group| of_group(group).unwrap_or_else(none));
+    each.reduce(|mut all, one| {
+        all.intersect(&one);
+        all
+    })
+    .unwrap_or_else(none)
 }
 
 /// Fills a layer; returns which texels were valid and finite in all channels of floats.

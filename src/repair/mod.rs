@@ -26,7 +26,7 @@ use seamwise_texture::{Role, Wrap};
 use serde_json::Value;
 
 use crate::asset::{self, Asset, EncodedImage};
-use crate::atlas::{ImageRepair, encode_repaired, repair_all};
+use crate::atlas::{AtlasOptions, ImageRepair, encode_repaired, repair_all_with};
 use crate::error::{Error, Result};
 use crate::images::{Encoding, detect_format};
 use crate::limit::MemoryLimit;
@@ -51,10 +51,20 @@ pub struct RepairOptions {
     /// What the texels mean; [`Role::Color`] if not given. An EXR's channels are filled as they are
     /// stored, whatever they mean.
     pub role: Option<Role>,
+    /// How many rings of texels around the valid ones stay if they agree with them; see
+    /// [`seamwise_texture::agreeing_padding`].
+    pub keep_padding: usize,
     /// Most memory that decoding one image may take.
     pub memory_limit: MemoryLimit,
     /// How images are encoded.
     pub encoding: Encoding,
+}
+
+impl RepairOptions {
+    /// What of it is for the images of an asset.
+    fn for_atlases(&self) -> AtlasOptions {
+        AtlasOptions { memory_limit: self.memory_limit, keep_padding: self.keep_padding }
+    }
 }
 
 /// The mesh that wears a picture: all triangle primitives of a glTF file, wherever its nodes put
@@ -197,7 +207,7 @@ impl Job<'_> {
 
     fn asset(&self, bytes: &[u8]) -> Result<(Vec<u8>, RepairReport)> {
         self.expect_extension("glb")?;
-        let RepairOptions { mesh, mask, background, role, memory_limit, encoding } = self.options;
+        let RepairOptions { mesh, mask, background, role, encoding, .. } = self.options;
         let own = mesh.is_none() && mask.is_none() && role.is_none();
         if !own || *background != Background::Auto {
             let what = "mesh, mask, background and role are for pictures: an asset has its own";
@@ -205,7 +215,7 @@ impl Job<'_> {
         }
         let run = || {
             let asset = read_bytes(bytes, folder_of(self.input))?;
-            let repairs = repair_all(&asset, *memory_limit)?;
+            let repairs = repair_all_with(&asset, self.options.for_atlases())?;
             let images = encode_repaired(&asset, &repairs, *encoding)?;
             let report =
                 repairs.iter().map(|repair| asset_image(&asset, repair, *encoding)).collect();
@@ -231,6 +241,7 @@ fn asset_image(asset: &Asset, repair: &ImageRepair, encoding: Encoding) -> Image
         Ok(repaired) => {
             report.add_outcome(&repaired.validity, repaired.outcome, repaired.reads());
             report.notes = encoding_notes(&asset.images[repair.image], encoding);
+            report.notes.extend(padding_note(repaired.padding));
         }
         Err(reason) => report.left_alone = Some(reason.to_string()),
     }
@@ -245,6 +256,11 @@ fn encoding_notes(before: &EncodedImage, encoding: Encoding) -> Vec<String> {
         asset::ImageFormat::Jpeg => Some(reencoded(encoding.quality)),
     };
     note.into_iter().collect()
+}
+
+/// What is to be said about padding that was kept.
+fn padding_note(texels: usize) -> Option<String> {
+    (texels > 0).then(|| format!("{texels} texels of its padding are kept"))
 }
 
 /// What is to be said about a JPEG.

@@ -12,6 +12,7 @@
 //!
 //! [`UvTriangle`] rasterises the mesh's UVs with exact edge functions, [`Validity`] collects the
 //! texels whose centres are covered; without a mesh, [`detect_background`] finds the unused color.
+//! [`agreeing_padding`] finds what an earlier tool painted around the charts and may stay.
 //! [`count_reads`] counts, mip level by mip level, the texels that filtering inside the charts
 //! reads and that invalid ones went into: what there was to repair, and 0 once it is.
 //!
@@ -41,6 +42,7 @@ mod coverage;
 mod error;
 mod kernel;
 mod mips;
+mod padding;
 mod plane;
 mod pyramid;
 mod raster;
@@ -53,6 +55,7 @@ mod wrap;
 pub use background::detect_background;
 pub use error::{Error, Result};
 pub use mips::{Encoding, Level, Mips};
+pub use padding::agreeing_padding;
 pub use plane::Plane;
 pub use pyramid::{Part, fill_holes};
 pub use raster::{Texel, UvTriangle, Window, to_texels};

@@ -13,7 +13,7 @@ use image::{DynamicImage, ImageBuffer, Pixel};
 use rayon::prelude::*;
 
 use crate::pyramid::{Part, fill_holes};
-use crate::samples::{Coding, Sample};
+use crate::samples::{Coding, Group, Sample, with_buffer};
 use crate::{Error, Plane, Result, Validity, Wrap};
 
 /// What the samples of an image mean.
@@ -58,22 +58,7 @@ pub fn repair(
         return Err(Error::Invalid { what });
     }
     let job = Job { role, validity, wrap };
-    Ok(match image {
-        DynamicImage::ImageLuma8(image) => job.run(image),
-        DynamicImage::ImageLumaA8(image) => job.run(image),
-        DynamicImage::ImageRgb8(image) => job.run(image),
-        DynamicImage::ImageRgba8(image) => job.run(image),
-        DynamicImage::ImageLuma16(image) => job.run(image),
-        DynamicImage::ImageLumaA16(image) => job.run(image),
-        DynamicImage::ImageRgb16(image) => job.run(image),
-        DynamicImage::ImageRgba16(image) => job.run(image),
-        DynamicImage::ImageRgb32F(image) => job.run(image),
-        DynamicImage::ImageRgba32F(image) => job.run(image),
-        other => {
-            let what = format!("images of kind {:?} are not known", other.color());
-            return Err(Error::Invalid { what });
-        }
-    })
+    with_buffer!(image, buffer => job.run(buffer))
 }
 
 /// A repair, whatever the kind of image.
@@ -84,38 +69,18 @@ struct Job<'a> {
     wrap: [Wrap; 2],
 }
 
-/// Channels that are filled together, from `first` on, of `stride` samples per texel.
-#[derive(Clone, Copy)]
-struct Group {
-    first: usize,
-    count: usize,
-    stride: usize,
-    coding: Coding,
-}
-
 impl Job<'_> {
     fn run<P>(self, image: &mut ImageBuffer<P, Vec<P::Subpixel>>) -> Outcome
     where
         P: Pixel,
         P::Subpixel: Sample,
     {
-        let stride = P::CHANNEL_COUNT as usize;
-        let has_alpha = stride.is_multiple_of(2);
-        let count = stride - usize::from(has_alpha);
-        let coding = match self.role {
-            Role::Color => Coding::Light,
-            Role::Normal if count == 3 => Coding::Vector,
-            Role::Normal | Role::Data => Coding::Linear,
-        };
-        let color = Group { first: 0, count, stride, coding };
-        let alpha = Group { first: count, count: 1, stride, coding: Coding::Linear };
-        let groups = if has_alpha { vec![color, alpha] } else { vec![color] };
-
-        let unseen = has_alpha && self.role == Role::Color;
+        let (color, alpha) = Group::of(self.role, P::CHANNEL_COUNT as usize);
+        let unseen = alpha.filter(|_| self.role == Role::Color).map(|alpha| alpha.first);
         let mut invalid = vec![false; self.validity.flags().len()];
         let mut remaining = invalid.clone();
-        for group in groups {
-            let unseen = unseen.then_some(count).filter(|_| group.first == 0);
+        for group in [Some(color), alpha].into_iter().flatten() {
+            let unseen = unseen.filter(|_| group.first == 0);
             let parts = self.parts(image, group, unseen);
             let filled = self.fill(image, group, &parts);
             for (texel, _) in parts.iter().enumerate().filter(|(_, part)| **part == Part::Hole) {
@@ -132,7 +97,7 @@ impl Job<'_> {
     fn parts<S: Sample>(self, samples: &[S], group: Group, unseen: Option<usize>) -> Vec<Part> {
         let texels = samples.par_chunks_exact(group.stride);
         let part = |(texel, &valid): (&[S], &bool)| {
-            let mut color = texel[group.first..group.first + group.count].iter();
+            let mut color = group.of_texel(texel).iter();
             if !valid || !color.all(|sample| sample.is_number()) {
                 Part::Hole
             } else if unseen.is_some_and(|alpha| texel[alpha].is_zero()) {
