@@ -154,3 +154,37 @@ fn good_padding_is_kept_on_request_and_garbage_never() {
         assert!(found.0[1] >= 80, "noise is gone: {x} {y} {found:?}");
     }
 }
+
+#[test]
+fn what_was_filled_is_drawn() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name);
+    let [atlas, mask, output, diff] = ["a.png", "m.png", "b.png", "d.png"].map(file);
+    image::RgbImage::from_pixel(8, 4, image::Rgb([30, 60, 90])).save(&atlas).unwrap();
+    let luma = |x| image::Luma([if x < 4 { 255u8 } else { 0 }]);
+    image::GrayImage::from_fn(8, 4, |x, _| luma(x)).save(&mask).unwrap();
+    let run = |diff: &Path| {
+        let [mask, diff] = [&mask, diff].map(|path| path.to_str().unwrap());
+        repair(&atlas, &output, &["--mask", mask, "--diff", diff])
+    };
+    run(&diff).unwrap();
+    for (x, _, texel) in image::open(&diff).unwrap().to_rgb8().enumerate_pixels() {
+        let [r, g, b] = texel.0;
+        assert_eq!(x < 4, r == g && g == b, "{x}: {texel:?}");
+    }
+    for (name, word) in [("d.jpg", ".png"), ("a.png", "overwritten"), ("b.png", "both")] {
+        let error = run(&file(name)).unwrap_err();
+        assert!(error.contains(name) && error.contains(word), "{error}");
+    }
+
+    // Of an asset with several images each has its own, by its number.
+    let Some(input) = asset("pbr/TennisRacquet/TennisRacquet.gltf") else {
+        return;
+    };
+    let table = repair(&input, &file("t.glb"), &["--diff", diff.to_str().unwrap()]).unwrap();
+    let images = seamwise::read::read(&input).unwrap().images.len();
+    let drawn = (0..images).filter(|image| file(&format!("d_{image}.png")).exists()).count();
+    let rows = table.lines().skip(1).take(images);
+    assert_eq!(drawn, rows.filter(|row| !row.contains("left alone")).count(), "{table}");
+    assert!(drawn > 1);
+}

@@ -212,6 +212,11 @@ pub(crate) struct RepairArgs {
     /// expect there. All else around them is filled.
     #[arg(long, default_value_t = 0, value_name = "N")]
     keep_padding: u16,
+    /// Draw what was filled: the result in dim gray, filled texels in color with a tint of orange.
+    /// Where several images of an asset or layers of an EXR are repaired, each has a picture of its
+    /// own, with the number that the table gives it, or its place: FILE_0.png, FILE_3.png.
+    #[arg(long, value_name = "FILE.png")]
+    diff: Option<PathBuf>,
     /// Quality of JPEGs that are written.
     #[arg(long, default_value_t = Encoding::default().quality, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=100))]
     quality: u8,
@@ -250,6 +255,7 @@ impl RepairArgs {
                 RoleName::Normal => Role::Normal,
                 RoleName::Data => Role::Data,
             }),
+            diff: self.diff.clone(),
             keep_padding: self.keep_padding.into(),
             encoding: Encoding { quality: self.quality, png: self.png },
             ..RepairOptions::default()

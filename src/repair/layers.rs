@@ -79,6 +79,11 @@ impl Job<'_> {
         validity.union(&padding);
         let (trusted, outcome) = fill_layer(layer, &validity);
         *told |= trusted.invalid() > 0;
+        if self.options.diff.is_some() {
+            let groups = groups(&layer.channel_data.list);
+            let shown = picture(layer).or_else(|| group_picture(layer, groups.first()?));
+            report.diff = shown.map_or(Ok(None), |shown| self.diff(&shown, &trusted))?;
+        }
         report.add_outcome(&trusted, outcome, sources.reads(&trusted));
         Ok(report)
     }

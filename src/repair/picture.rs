@@ -55,6 +55,7 @@ impl Job<'_> {
         let mut report = ImageReport { name, role: Some(role), ..ImageReport::default() };
         report.notes = [picture.notes, notes].concat();
         report.notes.extend(padding_note(padding.valid()));
+        report.diff = self.diff(&picture.texels, &validity)?;
         report.add_outcome(&validity, outcome, reads);
         Ok((file, RepairReport { images: vec![report] }))
     }

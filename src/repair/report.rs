@@ -1,5 +1,7 @@
 //! What a repair did, as a table.
 
+use std::path::{Path, PathBuf};
+
 use seamwise_texture::{MipReads, Outcome, Role, Validity};
 
 use crate::report::align;
@@ -33,6 +35,8 @@ pub struct ImageReport {
     pub left_alone: Option<String>,
     /// What changed beside texels that were filled.
     pub notes: Vec<String>,
+    /// A PNG of what was filled, if it was asked for.
+    pub diff: Option<Vec<u8>>,
 }
 
 impl ImageReport {
@@ -76,6 +80,20 @@ impl ImageReport {
 }
 
 impl RepairReport {
+    /// The pictures of what was filled, as files: `path` if there is one, otherwise each with the
+    /// number of its image before the extension.
+    pub fn diffs(&self, path: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+        let drawn = |image: &ImageReport| image.diff.clone();
+        let drawn: Vec<_> = self.images.iter().map(drawn).enumerate().collect();
+        let several = drawn.iter().filter(|(_, png)| png.is_some()).count() > 1;
+        let name = |index: usize| {
+            let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+            let name = format!("{stem}_{index}.png");
+            if several { path.with_file_name(name) } else { path.to_owned() }
+        };
+        drawn.into_iter().filter_map(|(index, png)| Some((name(index), png?))).collect()
+    }
+
     /// The report for people.
     pub fn to_table(&self) -> String {
         let header = ["image", "role", "size", "covered", "filled", "remaining", ""];
