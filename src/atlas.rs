@@ -4,7 +4,8 @@ use glam::{Affine2, Vec2};
 use image::DynamicImage;
 use rayon::prelude::*;
 use seamwise_texture::{
-    MipReads, Outcome, Role, Validity, Wrap, agreeing_padding, count_reads, repair,
+    Footprint, MipReads, Outcome, Role, Validity, Wrap, agreeing_padding, charts_share_from,
+    count_reads, repair,
 };
 use serde_json::Value;
 
@@ -28,6 +29,25 @@ pub struct Atlas {
     pub charts: Charts,
     /// Whether points or lines wear it too, of which no chart tells.
     pub beyond_charts: bool,
+}
+
+/// What filtering inside charts reads.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Reads {
+    /// At each mip level, the image first.
+    pub mips: Vec<MipReads>,
+    /// The first mip level with a texel made from two charts, whose colors no repair keeps apart.
+    pub shared_from: Option<usize>,
+}
+
+impl Reads {
+    /// From where on charts share texels, for people.
+    pub(crate) fn sharing(&self) -> String {
+        match self.shared_from {
+            Some(mip) => format!("charts share texels from mip {mip} on"),
+            None => "no charts share texels".to_owned(),
+        }
+    }
 }
 
 /// UV triangles.
@@ -128,6 +148,16 @@ impl Charts {
         Ok(Some(Self { uvs: uvs.collect(), triangles }))
     }
 
+    /// What filtering inside the charts reads of an image of which this much is valid.
+    pub fn reads(&self, validity: &Validity, wrap: [Wrap; 2], footprint: Footprint) -> Reads {
+        let Self { uvs, triangles } = self;
+        let size = [validity.width(), validity.height()];
+        Reads {
+            mips: count_reads(validity, wrap, uvs, triangles, footprint),
+            shared_from: charts_share_from(size, wrap, uvs, triangles),
+        }
+    }
+
     /// Adds the charts of another primitive, which share no UVs with those here.
     pub fn append(&mut self, other: Self) {
         let first = self.uvs.len() as u32;
@@ -170,10 +200,9 @@ pub struct Repaired {
 }
 
 impl Repaired {
-    /// What filtering inside the charts read before the repair, at each mip level.
-    pub fn reads(&self) -> Vec<MipReads> {
-        let Charts { uvs, triangles } = &self.atlas.charts;
-        count_reads(&self.validity, self.atlas.wrap, uvs, triangles)
+    /// What filtering inside the charts read before the repair.
+    pub fn reads(&self, footprint: Footprint) -> Reads {
+        self.atlas.charts.reads(&self.validity, self.atlas.wrap, footprint)
     }
 }
 
@@ -326,7 +355,7 @@ mod tests {
 
         let repaired = repairs[0].result.as_ref().unwrap();
         assert_eq!(repaired.outcome.filled, repaired.validity.invalid());
-        let reads = repaired.reads();
+        let reads = repaired.reads(Footprint::default()).mips;
         assert!(reads.len() == 4 && reads.iter().all(|mip| mip.invalid > 0));
         let images = encode_repaired(&asset, &repairs, Encoding::default()).unwrap();
         assert!(images[0] != asset.images[0] && images[1..] == asset.images[1..]);

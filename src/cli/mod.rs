@@ -15,7 +15,7 @@ use seamwise::limit::MemoryLimit;
 use seamwise::options::{BakeOptions, ReportOptions, Targets, Textures};
 use seamwise::repair::{Background, MeshOptions, RepairOptions};
 use seamwise_attr::Polish;
-use seamwise_texture::Role;
+use seamwise_texture::{Footprint, Role};
 use steering::SteeringArgs;
 
 /// Levels of detail for textured glTF that still look like the original, and atlases that do not
@@ -217,6 +217,8 @@ pub(crate) struct RepairArgs {
     /// own, with the number that the table gives it, or its place: FILE_0.png, FILE_3.png.
     #[arg(long, value_name = "FILE.png")]
     diff: Option<PathBuf>,
+    #[command(flatten)]
+    footprint: FootprintArgs,
     /// Quality of JPEGs that are written.
     #[arg(long, default_value_t = Encoding::default().quality, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=100))]
     quality: u8,
@@ -224,6 +226,25 @@ pub(crate) struct RepairArgs {
     /// format of the output's extension.
     #[arg(long)]
     png: bool,
+}
+
+/// What counts as a read.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct FootprintArgs {
+    /// Count whole blocks of 4 × 4 texels as read, at each mip level, as in compressed textures.
+    #[arg(long)]
+    blocks: bool,
+    /// Count what anisotropic reads of up to N taps reach: texels less than N texels from a chart
+    /// along both axes, at each mip level, a bound for any direction.
+    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=16))]
+    anisotropy: u8,
+}
+
+impl FootprintArgs {
+    /// What these arguments mean.
+    pub(crate) fn resolve(self) -> Footprint {
+        Footprint { anisotropy: self.anisotropy, blocks: self.blocks }
+    }
 }
 
 /// `--role`.
@@ -255,6 +276,7 @@ impl RepairArgs {
                 RoleName::Normal => Role::Normal,
                 RoleName::Data => Role::Data,
             }),
+            footprint: self.footprint.resolve(),
             diff: self.diff.clone(),
             keep_padding: self.keep_padding.into(),
             encoding: Encoding { quality: self.quality, png: self.png },
@@ -333,6 +355,8 @@ impl EvaluateArgs {
 pub(crate) struct InspectArgs {
     /// A .glb or .gltf file.
     pub(crate) input: PathBuf,
+    #[command(flatten)]
+    pub(crate) footprint: FootprintArgs,
     /// Print JSON instead of text.
     #[arg(long)]
     pub(crate) json: bool,

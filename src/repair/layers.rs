@@ -84,7 +84,8 @@ impl Job<'_> {
             let shown = picture(layer).or_else(|| group_picture(layer, groups.first()?));
             report.diff = shown.map_or(Ok(None), |shown| self.diff(&shown, &trusted))?;
         }
-        report.add_outcome(&trusted, outcome, sources.reads(&trusted));
+        let reads = sources.reads(&trusted, self.options.footprint);
+        report.add_outcome(&trusted, outcome, reads);
         Ok(report)
     }
 }

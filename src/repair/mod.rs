@@ -23,7 +23,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use image::{DynamicImage, ImageFormat};
-use seamwise_texture::{Role, Validity, Wrap};
+use seamwise_texture::{Footprint, Role, Validity, Wrap};
 use serde_json::Value;
 
 use crate::asset::{self, Asset, EncodedImage};
@@ -55,6 +55,8 @@ pub struct RepairOptions {
     /// How many rings of texels around the valid ones stay if they agree with them; see
     /// [`seamwise_texture::agreeing_padding`].
     pub keep_padding: usize,
+    /// What counts as read in the report.
+    pub footprint: Footprint,
     /// A .png to draw what was filled in; see [`repair_file`].
     pub diff: Option<PathBuf>,
     /// Most memory that decoding one image may take.
@@ -244,7 +246,7 @@ impl Job<'_> {
             let repairs = repair_all_with(&asset, self.options.for_atlases())?;
             let images = encode_repaired(&asset, &repairs, *encoding)?;
             let report = repairs.iter().map(|repair| {
-                let mut report = asset_image(&asset, repair, *encoding);
+                let mut report = asset_image(&asset, repair, self.options);
                 if let Ok(repaired) = &repair.result {
                     report.diff = self.diff(&repaired.texels, &repaired.validity)?;
                 }
@@ -259,7 +261,8 @@ impl Job<'_> {
 }
 
 /// The report of an image of an asset, which is called by its place and its name.
-fn asset_image(asset: &Asset, repair: &ImageRepair, encoding: Encoding) -> ImageReport {
+fn asset_image(asset: &Asset, repair: &ImageRepair, options: &RepairOptions) -> ImageReport {
+    let RepairOptions { encoding, footprint, .. } = *options;
     let at = format!("/images/{}", repair.image);
     let field = |key: &str| asset.json.pointer(&at)?.get(key).and_then(Value::as_str);
     let uri = || field("uri").filter(|uri| !uri.starts_with("data:"));
@@ -271,7 +274,7 @@ fn asset_image(asset: &Asset, repair: &ImageRepair, encoding: Encoding) -> Image
     };
     match &repair.result {
         Ok(repaired) => {
-            report.add_outcome(&repaired.validity, repaired.outcome, repaired.reads());
+            report.add_outcome(&repaired.validity, repaired.outcome, repaired.reads(footprint));
             report.notes = encoding_notes(&asset.images[repair.image], encoding);
             report.notes.extend(padding_note(repaired.padding));
         }

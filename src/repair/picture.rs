@@ -45,7 +45,7 @@ impl Job<'_> {
         let padding =
             agreeing_padding(&picture.texels, role, &validity, WRAP, rings).map_err(fault)?;
         validity.union(&padding);
-        let reads = sources.reads(&validity);
+        let reads = sources.reads(&validity, self.options.footprint);
         let outcome = repair(&mut picture.texels, role, &validity, WRAP).map_err(fault)?;
         let (file, notes) = picture.encode(output_format, encoding.quality).map_err(|what| {
             let output = self.output.display();

@@ -15,6 +15,7 @@
 //! [`agreeing_padding`] finds what an earlier tool painted around the charts and may stay.
 //! [`count_reads`] counts, mip level by mip level, the texels that filtering inside the charts
 //! reads and that invalid ones went into: what there was to repair, and 0 once it is.
+//! [`charts_share_from`] tells from which level on no fill helps, as charts lie in one texel.
 //!
 //! # Pull-push
 //!
@@ -49,6 +50,7 @@ mod raster;
 mod reads;
 mod repair;
 mod samples;
+mod sharing;
 mod validity;
 mod wrap;
 
@@ -59,7 +61,8 @@ pub use padding::agreeing_padding;
 pub use plane::Plane;
 pub use pyramid::{Part, fill_holes};
 pub use raster::{Texel, UvTriangle, Window, to_texels};
-pub use reads::{MipReads, count_reads};
+pub use reads::{Footprint, MipReads, count_reads};
 pub use repair::{Outcome, Role, repair};
+pub use sharing::charts_share_from;
 pub use validity::Validity;
 pub use wrap::Wrap;
