@@ -5,7 +5,7 @@ use image::DynamicImage;
 use rayon::prelude::*;
 use seamwise_texture::{
     Footprint, MipReads, Outcome, Role, Validity, Wrap, agreeing_padding, charts_share_from,
-    count_reads, repair,
+    count_reads, repair, scale_down,
 };
 use serde_json::Value;
 
@@ -231,6 +231,9 @@ pub struct AtlasOptions {
     /// How many rings of texels around the charts stay if they agree with them; see
     /// [`agreeing_padding`].
     pub keep_padding: usize,
+    /// How often images are halved, each texel the mean of valid ones; see [`scale_down`]. Images
+    /// that charts cover are scaled too, those left alone for another reason are not.
+    pub halvings: u32,
 }
 
 /// Repairs every image of an asset whose charts leave texels uncovered; one result per image.
@@ -271,7 +274,7 @@ fn repair_one(
     if validity.valid() == 0 {
         return Ok(Err(LeftAlone::NoChart));
     }
-    if validity.invalid() == 0 {
+    if validity.invalid() == 0 && options.halvings == 0 {
         return Ok(Err(LeftAlone::Covered));
     }
     let fault = |error: seamwise_texture::Error| Error::invalid(&at, error.to_string());
@@ -279,6 +282,10 @@ fn repair_one(
     let padding =
         agreeing_padding(&texels, atlas.role, &validity, atlas.wrap, rings).map_err(fault)?;
     validity.union(&padding);
+    if options.halvings > 0 {
+        (texels, validity) =
+            scale_down(&texels, atlas.role, &validity, options.halvings).map_err(fault)?;
+    }
     let outcome = repair(&mut texels, atlas.role, &validity, atlas.wrap).map_err(fault)?;
     Ok(Ok(Repaired { texels, validity, padding: padding.valid(), outcome, atlas }))
 }

@@ -255,3 +255,70 @@ fn wider_filters_and_blocks_read_more_and_a_repair_leaves_none_of_it() {
     assert!(atlas["charts_share_from"].is_u64() && atlas["mips"][0]["invalid_after"] == 0);
     assert!(atlas["mips"][0]["invalid"].as_u64().unwrap() > plain[0] as u64);
 }
+
+#[test]
+fn a_smaller_atlas_has_nothing_of_its_background() {
+    let folder = tempfile::tempdir().unwrap();
+    let [atlas, mask, output] = ["a.png", "m.png", "b.png"].map(|name| folder.path().join(name));
+    let chart = |x: u32, y: u32| (5..27).contains(&x) && (7..30).contains(&y);
+    let texel = |x, y| match (chart(x, y), (x + y) % 2) {
+        (false, _) => image::Rgb([255u8, 0, 255]),
+        (_, 0) => image::Rgb([0; 3]),
+        _ => image::Rgb([255; 3]),
+    };
+    image::RgbImage::from_fn(32, 40, texel).save(&atlas).unwrap();
+    let luma = |x, y| image::Luma([if chart(x, y) { 255u8 } else { 0 }]);
+    image::GrayImage::from_fn(32, 40, luma).save(&mask).unwrap();
+    let mask = mask.to_str().unwrap();
+    for (scale, size) in [("1/2", (16, 20)), ("1/8", (4, 5)), ("1/1024", (1, 1))] {
+        let table = repair(&atlas, &output, &["--mask", mask, "--scale", scale]).unwrap();
+        assert!(table.contains(&format!("{}×{}", size.0, size.1)), "{table}");
+        let smaller = image::open(&output).unwrap().to_rgb8();
+        assert_eq!(smaller.dimensions(), size);
+        assert!(smaller.pixels().all(|p| p.0[0] == p.0[1] && p.0[1] == p.0[2]), "{scale}");
+    }
+    for scale in ["2", "1/3", "1/0", "half", "1/99999999999"] {
+        let mut command = Command::cargo_bin("seamwise").unwrap();
+        command.arg("repair").arg(&atlas).arg("-o").arg(&output).args(["--scale", scale]);
+        let stderr = String::from_utf8(command.output().unwrap().stderr).unwrap();
+        assert!(stderr.contains("--scale") && stderr.contains("1/2"), "{stderr}");
+    }
+}
+
+#[test]
+fn assets_and_lightmaps_are_scaled_with_all_they_hold() {
+    let (Some(input), Some(room)) =
+        (asset("scan/gelatin_box.glb"), asset("hdr/CornellBox/CornellBox.glb"))
+    else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let output = folder.path().join("half.glb");
+    let table = repair(&input, &output, &["--scale", "1/4"]).unwrap();
+    assert!(table.contains("256×256"), "{table}");
+    assert_no_invalid_reads_after(&table);
+    let half = seamwise::read::read(&output).unwrap();
+    let texels = seamwise::images::decode(&half.images[0], "", Default::default()).unwrap();
+    assert_eq!((texels.width(), texels.height()), (256, 256));
+
+    let light = room.with_file_name("CornellBox-Box.exr");
+    let output = folder.path().join("half.exr");
+    let wear = ["--mesh", room.to_str().unwrap(), "--uv-set", "1", "--mesh-name", "cornell_box"];
+    repair(&light, &output, &[&wear[..], &["--scale", "1/2"]].concat()).unwrap();
+    let [before, after] =
+        [&light, &output].map(|path| read_all_flat_layers_from_file(path).unwrap());
+    let sizes =
+        |image: &FlatImage| (image.layer_data[0].size, image.attributes.display_window.size);
+    assert_eq!(
+        (sizes(&before).0.0 / 2, sizes(&before).1.0 / 2),
+        (sizes(&after).0.0, sizes(&after).1.0)
+    );
+    let most = |image: &FlatImage| {
+        let finite = |value: f32| if value.is_finite() { value } else { 0.0 };
+        let channels = image.layer_data[0].channel_data.list.iter();
+        let values = channels.flat_map(|channel| channel.sample_data.values_as_f32());
+        values.map(finite).fold(0.0, f32::max)
+    };
+    assert!(samples(&after).iter().flatten().all(|(_, finite)| *finite));
+    assert!(most(&after) < most(&before), "fireflies lie outside the charts");
+}

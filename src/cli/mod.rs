@@ -118,6 +118,14 @@ fn parse_size(text: &str) -> std::result::Result<(u32, u32), String> {
     size.ok_or_else(|| format!("{text} is no size like 1920x1080"))
 }
 
+/// Reads `1/4`: how many halvings that is.
+fn parse_scale(text: &str) -> std::result::Result<u32, String> {
+    let parts = if text == "1" { Some("1") } else { text.strip_prefix("1/") };
+    let parts = parts.and_then(|parts| parts.parse().ok()).filter(|n: &u32| n.is_power_of_two());
+    let what = || format!("{text} is no scale like 1/2, 1/4 or 1/8: one over a power of two");
+    parts.map(u32::ilog2).ok_or_else(what)
+}
+
 /// Reads a number of pixels above 0.
 fn parse_tolerance(text: &str) -> std::result::Result<f64, String> {
     let tolerance = text.parse().ok().filter(|tolerance: &f64| *tolerance > 0.0);
@@ -217,6 +225,12 @@ pub(crate) struct RepairArgs {
     /// own, with the number that the table gives it, or its place: FILE_0.png, FILE_3.png.
     #[arg(long, value_name = "FILE.png")]
     diff: Option<PathBuf>,
+    /// Scale the result down, to 1/2, 1/4 and so on along each axis. A texel becomes the mean of the
+    /// valid ones in it, in linear light or of vectors by role, and what has none is filled: nothing
+    /// around the charts bleeds into their rims. Images of an asset that are left alone keep their
+    /// size, except those that charts cover.
+    #[arg(long, default_value = "1", value_name = "1/N", value_parser = parse_scale)]
+    scale: u32,
     #[command(flatten)]
     footprint: FootprintArgs,
     /// Quality of JPEGs that are written.
@@ -276,6 +290,7 @@ impl RepairArgs {
                 RoleName::Normal => Role::Normal,
                 RoleName::Data => Role::Data,
             }),
+            halvings: self.scale,
             footprint: self.footprint.resolve(),
             diff: self.diff.clone(),
             keep_padding: self.keep_padding.into(),

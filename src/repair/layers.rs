@@ -15,6 +15,7 @@ use seamwise_texture::{Outcome, Part, Plane, Role, Validity, agreeing_padding, f
 
 use super::exr_file::{AnyLayer, Channel, LOSSLESS, decode, encode, loses, sample_type};
 use super::report::{ImageReport, RepairReport};
+use super::smaller::{scale_layer, scale_window};
 use super::sources::Sources;
 use super::{Job, WRAP, padding_note};
 use crate::error::{Error, Result};
@@ -37,6 +38,7 @@ impl Job<'_> {
         if !told {
             return Err(self.nothing_tells());
         }
+        scale_window(&mut image, self.options.halvings);
         // What was read may still be more than the format allows: layers of one name, for one.
         let unwritable = |error: exr::error::Error| {
             let what = format!("it can't be written again: {error}");
@@ -77,6 +79,15 @@ impl Job<'_> {
         let padding = padding(layer, &validity, self.options.keep_padding);
         report.notes.extend(padding_note(padding.valid()));
         validity.union(&padding);
+        if self.options.halvings > 0 {
+            if layer.channel_data.list.iter().any(is_integer) {
+                let what = format!("{}: scaling channels of integers", self.input.display());
+                return Err(Error::Unsupported { what });
+            }
+            scale_layer(layer, &validity, self.options.halvings);
+            let Vec2(width, height) = layer.size;
+            validity = Validity::from_flags(width, height, vec![true; width * height]);
+        }
         let (trusted, outcome) = fill_layer(layer, &validity);
         *told |= trusted.invalid() > 0;
         if self.options.diff.is_some() {
@@ -121,8 +132,17 @@ fn picture(layer: &AnyLayer) -> Option<DynamicImage> {
     }
 }
 
+/// Groups of three channels, and all other channels on their own.
+pub(super) fn pictured(channels: &[Channel]) -> Vec<Vec<usize>> {
+    let split = |group: Vec<usize>| match group.len() {
+        3 => vec![group],
+        _ => group.into_iter().map(|channel| vec![channel]).collect(),
+    };
+    groups(channels).into_iter().flat_map(split).collect()
+}
+
 /// Channels as a picture: three colors, or the first of others thrice.
-fn group_picture(layer: &AnyLayer, group: &[usize]) -> Option<DynamicImage> {
+pub(super) fn group_picture(layer: &AnyLayer, group: &[usize]) -> Option<DynamicImage> {
     let channels = &layer.channel_data.list;
     // Channels are in the order of their names: B, G, R.
     let [b, g, r] = group.try_into().unwrap_or([group[0]; 3]);
@@ -151,7 +171,7 @@ fn padding(layer: &AnyLayer, validity: &Validity, rings: usize) -> Validity {
         let picture = group_picture(layer, &group)?;
         agreeing_padding(&picture, role, validity, WRAP, rings).ok()
     };
-    let each = groups(&layer.channel_data.list)
+    let each = pictured(&layer.channel_data.list)
         .into_iter()
         .map(|group| of_group(group).unwrap_or_else(none));
     each.reduce(|mut all, one| {

@@ -16,6 +16,7 @@ mod layers;
 mod picture;
 pub(crate) mod picture_file;
 mod report;
+mod smaller;
 mod sources;
 mod tiff_file;
 
@@ -55,6 +56,9 @@ pub struct RepairOptions {
     /// How many rings of texels around the valid ones stay if they agree with them; see
     /// [`seamwise_texture::agreeing_padding`].
     pub keep_padding: usize,
+    /// How often the result is halved, each texel the mean of valid ones; see
+    /// [`seamwise_texture::scale_down`].
+    pub halvings: u32,
     /// What counts as read in the report.
     pub footprint: Footprint,
     /// A .png to draw what was filled in; see [`repair_file`].
@@ -68,7 +72,8 @@ pub struct RepairOptions {
 impl RepairOptions {
     /// What of it is for the images of an asset.
     fn for_atlases(&self) -> AtlasOptions {
-        AtlasOptions { memory_limit: self.memory_limit, keep_padding: self.keep_padding }
+        let Self { memory_limit, keep_padding, halvings, .. } = *self;
+        AtlasOptions { memory_limit, keep_padding, halvings }
     }
 }
 

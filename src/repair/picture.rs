@@ -1,7 +1,7 @@
 //! The repair of a picture: PNG, JPEG, WebP, TIFF, Radiance HDR.
 
 use image::ImageFormat;
-use seamwise_texture::{agreeing_padding, repair};
+use seamwise_texture::{agreeing_padding, repair, scale_down};
 
 use super::picture_file::Picture;
 use super::report::{ImageReport, RepairReport};
@@ -45,6 +45,11 @@ impl Job<'_> {
         let padding =
             agreeing_padding(&picture.texels, role, &validity, WRAP, rings).map_err(fault)?;
         validity.union(&padding);
+        if self.options.halvings > 0 {
+            (picture.texels, validity) =
+                scale_down(&picture.texels, role, &validity, self.options.halvings)
+                    .map_err(fault)?;
+        }
         let reads = sources.reads(&validity, self.options.footprint);
         let outcome = repair(&mut picture.texels, role, &validity, WRAP).map_err(fault)?;
         let (file, notes) = picture.encode(output_format, encoding.quality).map_err(|what| {

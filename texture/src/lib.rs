@@ -28,7 +28,8 @@
 //! bilinear weights up hide them.
 //!
 //! [`repair`](fn@repair) does this in the space where averages mean something: linear light for
-//! colors, vectors for normals.
+//! colors, vectors for normals. So does [`scale_down`], which makes an image smaller from valid
+//! texels alone.
 //!
 //! - S. Gortler, R. Grzeszczuk, R. Szeliski, M. Cohen, "The Lumigraph", SIGGRAPH 1996: pull-push for
 //!   scattered samples, with weights that saturate.
@@ -50,6 +51,7 @@ mod raster;
 mod reads;
 mod repair;
 mod samples;
+mod scale;
 mod sharing;
 mod validity;
 mod wrap;
@@ -63,6 +65,7 @@ pub use pyramid::{Part, fill_holes};
 pub use raster::{Texel, UvTriangle, Window, to_texels};
 pub use reads::{Footprint, MipReads, count_reads};
 pub use repair::{Outcome, Role, repair};
+pub use scale::scale_down;
 pub use sharing::charts_share_from;
 pub use validity::Validity;
 pub use wrap::Wrap;

@@ -148,7 +148,7 @@ impl Job<'_> {
 
 /// Scales a vector to length 1; the mean of opposite normals, which has no direction, becomes the
 /// flat normal.
-fn renormalize(vector: &mut [f32]) {
+pub(crate) fn renormalize(vector: &mut [f32]) {
     let length = vector.iter().map(|v| v * v).sum::<f32>().sqrt();
     if length > 1e-6 {
         vector.iter_mut().for_each(|v| *v /= length);
