@@ -4,8 +4,8 @@ use glam::{Affine2, Vec2};
 use image::DynamicImage;
 use rayon::prelude::*;
 use seamwise_texture::{
-    Footprint, MipReads, Outcome, Role, Validity, Wrap, agreeing_padding, charts_share_from,
-    count_reads, repair, scale_down,
+    Footprint, MipReads, Outcome, Role, Validity, Wrap, charts_share_from, count_reads,
+    keep_padding, repair, scale_down,
 };
 use serde_json::Value;
 
@@ -229,7 +229,7 @@ pub struct AtlasOptions {
     /// Most memory that decoding one image may take.
     pub memory_limit: MemoryLimit,
     /// How many rings of texels around the charts stay if they agree with them; see
-    /// [`agreeing_padding`].
+    /// [`keep_padding`].
     pub keep_padding: usize,
     /// How often images are halved, each texel the mean of valid ones; see [`scale_down`]. Images
     /// that charts cover are scaled too, those left alone for another reason are not.
@@ -280,14 +280,13 @@ fn repair_one(
     let fault = |error: seamwise_texture::Error| Error::invalid(&at, error.to_string());
     let rings = options.keep_padding;
     let padding =
-        agreeing_padding(&texels, atlas.role, &validity, atlas.wrap, rings).map_err(fault)?;
-    validity.union(&padding);
+        keep_padding(&texels, atlas.role, &mut validity, atlas.wrap, rings).map_err(fault)?;
     if options.halvings > 0 {
         (texels, validity) =
             scale_down(&texels, atlas.role, &validity, options.halvings).map_err(fault)?;
     }
     let outcome = repair(&mut texels, atlas.role, &validity, atlas.wrap).map_err(fault)?;
-    Ok(Ok(Repaired { texels, validity, padding: padding.valid(), outcome, atlas }))
+    Ok(Ok(Repaired { texels, validity, padding, outcome, atlas }))
 }
 
 /// The asset's images with the repaired ones in their places, each in the format it came in unless

@@ -1,7 +1,7 @@
 //! The repair of a picture: PNG, JPEG, WebP, TIFF, Radiance HDR.
 
 use image::ImageFormat;
-use seamwise_texture::{agreeing_padding, repair, scale_down};
+use seamwise_texture::{keep_padding, repair, scale_down};
 
 use super::picture_file::Picture;
 use super::report::{ImageReport, RepairReport};
@@ -43,14 +43,14 @@ impl Job<'_> {
         let fault = |error: seamwise_texture::Error| invalid(error.to_string());
         let rings = self.options.keep_padding;
         let padding =
-            agreeing_padding(&picture.texels, role, &validity, WRAP, rings).map_err(fault)?;
-        validity.union(&padding);
+            keep_padding(&picture.texels, role, &mut validity, WRAP, rings).map_err(fault)?;
         if self.options.halvings > 0 {
             (picture.texels, validity) =
                 scale_down(&picture.texels, role, &validity, self.options.halvings)
                     .map_err(fault)?;
         }
         let reads = sources.reads(&validity, self.options.footprint);
+        drop(sources);
         let outcome = repair(&mut picture.texels, role, &validity, WRAP).map_err(fault)?;
         let (file, notes) = picture.encode(output_format, encoding.quality).map_err(|what| {
             let output = self.output.display();
@@ -59,7 +59,7 @@ impl Job<'_> {
         let name = self.input.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let mut report = ImageReport { name, role: Some(role), ..ImageReport::default() };
         report.notes = [picture.notes, notes].concat();
-        report.notes.extend(padding_note(padding.valid()));
+        report.notes.extend(padding_note(padding));
         report.diff = self.diff(&picture.texels, &validity)?;
         report.add_outcome(&validity, outcome, reads);
         Ok((file, RepairReport { images: vec![report] }))

@@ -59,7 +59,7 @@ mod wrap;
 pub use background::detect_background;
 pub use error::{Error, Result};
 pub use mips::{Encoding, Level, Mips};
-pub use padding::agreeing_padding;
+pub use padding::{agreeing_padding, keep_padding};
 pub use plane::Plane;
 pub use pyramid::{Part, fill_holes};
 pub use raster::{Texel, UvTriangle, Window, to_texels};

@@ -21,10 +21,14 @@ use image::{DynamicImage, ImageBuffer, Pixel};
 
 use crate::color::linear_to_srgb;
 use crate::samples::{Coding, Group, Sample, with_buffer};
-use crate::{Error, Result, Role, Validity, Wrap};
+use crate::{Result, Role, Validity, Wrap};
 
 /// How far a channel may be from what is expected: a share of its range; beyond the range, as in
 /// float images, a share of what is expected.
+///
+/// Four atlases of a racquet, which its tool has padded: of the texels that bilinear taps read around
+/// their charts, one ring keeps 99.7, 100, 97 and, around thin strings, 73 % by color, and 99.7, 100,
+/// 99 and 99.9 % by normal.
 const TOLERANCE: f32 = 0.1;
 
 /// How far a normal may be turned from the one that is expected: cos 15°.
@@ -45,7 +49,7 @@ const LEAST_COSINE: f32 = 0.965_925_8;
 /// expected of others.
 ///
 /// # Errors
-/// [`Error::Invalid`] if `validity` has another size than `image`, or the image is of a kind that
+/// [`Error::Invalid`](crate::Error::Invalid) if `validity` has another size than `image`, or the image is of a kind that
 /// [`repair`](fn@crate::repair) does not know.
 pub fn agreeing_padding(
     image: &DynamicImage,
@@ -54,13 +58,30 @@ pub fn agreeing_padding(
     wrap: [Wrap; 2],
     rings: usize,
 ) -> Result<Validity> {
+    validity.expect_size_of(image)?;
     let size = [image.width() as usize, image.height() as usize];
-    if size != [validity.width(), validity.height()] {
-        let what = "the image and its validity mask have different sizes".to_owned();
-        return Err(Error::Invalid { what });
-    }
     let kept = with_buffer!(image, buffer => Padding::new(buffer, role, size).grow(validity, wrap, rings))?;
     Ok(Validity::from_flags(size[0], size[1], kept))
+}
+
+/// Adds to what is valid the padding that [`agreeing_padding`] finds; returns how many texels that
+/// is.
+///
+/// # Errors
+/// As [`agreeing_padding`].
+pub fn keep_padding(
+    image: &DynamicImage,
+    role: Role,
+    validity: &mut Validity,
+    wrap: [Wrap; 2],
+    rings: usize,
+) -> Result<usize> {
+    if rings == 0 {
+        return Ok(0);
+    }
+    let padding = agreeing_padding(image, role, validity, wrap, rings)?;
+    validity.union(&padding);
+    Ok(padding.valid())
 }
 
 /// What a texel is or should be: color as it is averaged, and alpha.

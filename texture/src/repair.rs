@@ -14,7 +14,7 @@ use rayon::prelude::*;
 
 use crate::pyramid::{Part, Texels};
 use crate::samples::{Coding, Group, Sample, with_buffer};
-use crate::{Error, Result, Validity, Wrap};
+use crate::{Result, Validity, Wrap};
 
 /// What the samples of an image mean.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -43,7 +43,7 @@ pub struct Outcome {
 /// An image of fewer than three color channels is no normal map, and is treated as [`Role::Data`].
 ///
 /// # Errors
-/// [`Error::Invalid`] if `validity` has another size than `image`, or the image is of a kind not
+/// [`Error::Invalid`](crate::Error::Invalid) if `validity` has another size than `image`, or the image is of a kind not
 /// named above.
 pub fn repair(
     image: &mut DynamicImage,
@@ -51,12 +51,7 @@ pub fn repair(
     validity: &Validity,
     wrap: [Wrap; 2],
 ) -> Result<Outcome> {
-    let (width, height) = (image.width() as usize, image.height() as usize);
-    if (width, height) != (validity.width(), validity.height()) {
-        let [w, h] = [validity.width(), validity.height()];
-        let what = format!("the image has {width}×{height} texels, its validity mask {w}×{h}");
-        return Err(Error::Invalid { what });
-    }
+    validity.expect_size_of(image)?;
     let job = Job { role, validity, wrap };
     with_buffer!(image, buffer => job.run(buffer))
 }

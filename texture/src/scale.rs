@@ -15,13 +15,13 @@ use rayon::prelude::*;
 
 use crate::repair::renormalize;
 use crate::samples::{Coding, Group, Sample, with_buffer};
-use crate::{Error, Result, Role, Validity};
+use crate::{Result, Role, Validity};
 
 /// The image scaled down by 2 to the power of `halvings`, rounded down to no less than one texel
 /// along an axis, and which of its texels are valid.
 ///
 /// # Errors
-/// [`Error::Invalid`] if `validity` has another size than `image`, or the image is of a kind that
+/// [`Error::Invalid`](crate::Error::Invalid) if `validity` has another size than `image`, or the image is of a kind that
 /// [`repair`](fn@crate::repair) does not know.
 pub fn scale_down(
     image: &DynamicImage,
@@ -29,11 +29,8 @@ pub fn scale_down(
     validity: &Validity,
     halvings: u32,
 ) -> Result<(DynamicImage, Validity)> {
+    validity.expect_size_of(image)?;
     let size = [image.width() as usize, image.height() as usize];
-    if size != [validity.width(), validity.height()] {
-        let what = "the image and its validity mask have different sizes".to_owned();
-        return Err(Error::Invalid { what });
-    }
     let smaller = size.map(|side| side.checked_shr(halvings).unwrap_or(0).max(side.min(1)));
     let job = Job { role, validity, size, smaller };
     let (image, valid) = with_buffer!(image, buffer => {

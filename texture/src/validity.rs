@@ -9,10 +9,11 @@
 //! levels of a fill.
 
 use glam::Vec2;
+use image::DynamicImage;
 
 use crate::coverage::Coverage;
 use crate::raster::{UvTriangle, to_texels};
-use crate::{Plane, Wrap};
+use crate::{Error, Plane, Result, Wrap};
 
 /// For each texel of an image, whether its value may be trusted.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -106,6 +107,17 @@ impl Validity {
         for (mine, theirs) in self.mask.iter_mut().zip(&other.mask) {
             *mine &= theirs;
         }
+    }
+
+    /// Makes sure that it is of the size of an image.
+    pub(crate) fn expect_size_of(&self, image: &DynamicImage) -> Result<()> {
+        let (width, height) = (image.width() as usize, image.height() as usize);
+        if (width, height) == (self.width, self.height) {
+            return Ok(());
+        }
+        let [w, h] = [self.width, self.height];
+        let what = format!("the image has {width}×{height} texels, its validity mask {w}×{h}");
+        Err(Error::Invalid { what })
     }
 
     /// Width in texels.
