@@ -3,7 +3,10 @@
 use glam::{Affine2, Vec2};
 use image::DynamicImage;
 use rayon::prelude::*;
-use seamwise_texture::{MipReads, Outcome, Role, Validity, Wrap, count_reads, repair};
+use seamwise_texture::{
+    Footprint, MipReads, Outcome, Role, Validity, Wrap, charts_share_from, count_reads,
+    keep_padding, repair, scale_down,
+};
 use serde_json::Value;
 
 use crate::asset::{Asset, EncodedImage};
@@ -26,6 +29,25 @@ pub struct Atlas {
     pub charts: Charts,
     /// Whether points or lines wear it too, of which no chart tells.
     pub beyond_charts: bool,
+}
+
+/// What filtering inside charts reads.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Reads {
+    /// At each mip level, the image first.
+    pub mips: Vec<MipReads>,
+    /// The first mip level with a texel made from two charts, whose colors no repair keeps apart.
+    pub shared_from: Option<usize>,
+}
+
+impl Reads {
+    /// From where on charts share texels, for people.
+    pub(crate) fn sharing(&self) -> String {
+        match self.shared_from {
+            Some(mip) => format!("charts share texels from mip {mip} on"),
+            None => "no charts share texels".to_owned(),
+        }
+    }
 }
 
 /// UV triangles.
@@ -126,6 +148,16 @@ impl Charts {
         Ok(Some(Self { uvs: uvs.collect(), triangles }))
     }
 
+    /// What filtering inside the charts reads of an image of which this much is valid.
+    pub fn reads(&self, validity: &Validity, wrap: [Wrap; 2], footprint: Footprint) -> Reads {
+        let Self { uvs, triangles } = self;
+        let size = [validity.width(), validity.height()];
+        Reads {
+            mips: count_reads(validity, wrap, uvs, triangles, footprint),
+            shared_from: charts_share_from(size, wrap, uvs, triangles),
+        }
+    }
+
     /// Adds the charts of another primitive, which share no UVs with those here.
     pub fn append(&mut self, other: Self) {
         let first = self.uvs.len() as u32;
@@ -160,16 +192,17 @@ pub struct Repaired {
     pub texels: DynamicImage,
     /// Which of them came from the file.
     pub validity: Validity,
+    /// How many of those lie around the charts, in padding that was kept.
+    pub padding: usize,
     /// What was done to the others.
     pub outcome: Outcome,
     atlas: Atlas,
 }
 
 impl Repaired {
-    /// What filtering inside the charts read before the repair, at each mip level.
-    pub fn reads(&self) -> Vec<MipReads> {
-        let Charts { uvs, triangles } = &self.atlas.charts;
-        count_reads(&self.validity, self.atlas.wrap, uvs, triangles)
+    /// What filtering inside the charts read before the repair.
+    pub fn reads(&self, footprint: Footprint) -> Reads {
+        self.atlas.charts.reads(&self.validity, self.atlas.wrap, footprint)
     }
 }
 
@@ -190,15 +223,36 @@ pub enum LeftAlone {
     Covered,
 }
 
+/// How the images of an asset are repaired.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct AtlasOptions {
+    /// Most memory that decoding one image may take.
+    pub memory_limit: MemoryLimit,
+    /// How many rings of texels around the charts stay if they agree with them; see
+    /// [`keep_padding`].
+    pub keep_padding: usize,
+    /// How often images are halved, each texel the mean of valid ones; see [`scale_down`]. Images
+    /// that charts cover are scaled too, those left alone for another reason are not.
+    pub halvings: u32,
+}
+
 /// Repairs every image of an asset whose charts leave texels uncovered; one result per image.
 ///
 /// # Errors
 /// [`Error::Invalid`] if an image is damaged or takes more memory than `limit`.
 pub fn repair_all(asset: &Asset, limit: MemoryLimit) -> Result<Vec<ImageRepair>> {
+    repair_all_with(asset, AtlasOptions { memory_limit: limit, ..AtlasOptions::default() })
+}
+
+/// As [`repair_all`], with options.
+///
+/// # Errors
+/// As [`repair_all`].
+pub fn repair_all_with(asset: &Asset, options: AtlasOptions) -> Result<Vec<ImageRepair>> {
     let repair = |(image, atlas): (usize, Option<Atlas>)| {
         let role = atlas.as_ref().map(|atlas| atlas.role);
         let result = match atlas {
-            Some(atlas) => repair_one(asset, atlas, limit)?,
+            Some(atlas) => repair_one(asset, atlas, options)?,
             None => Err(LeftAlone::NotWorn),
         };
         Ok(ImageRepair { image, role, result })
@@ -209,23 +263,30 @@ pub fn repair_all(asset: &Asset, limit: MemoryLimit) -> Result<Vec<ImageRepair>>
 fn repair_one(
     asset: &Asset,
     atlas: Atlas,
-    limit: MemoryLimit,
+    options: AtlasOptions,
 ) -> Result<std::result::Result<Repaired, LeftAlone>> {
     if atlas.beyond_charts {
         return Ok(Err(LeftAlone::BeyondCharts));
     }
     let at = format!("/images/{}", atlas.image);
-    let mut texels = decode(&asset.images[atlas.image], &at, limit)?;
-    let validity = atlas.validity(texels.width() as usize, texels.height() as usize);
+    let mut texels = decode(&asset.images[atlas.image], &at, options.memory_limit)?;
+    let mut validity = atlas.validity(texels.width() as usize, texels.height() as usize);
     if validity.valid() == 0 {
         return Ok(Err(LeftAlone::NoChart));
     }
-    if validity.invalid() == 0 {
+    if validity.invalid() == 0 && options.halvings == 0 {
         return Ok(Err(LeftAlone::Covered));
     }
-    let outcome = repair(&mut texels, atlas.role, &validity, atlas.wrap)
-        .map_err(|error| Error::invalid(&at, error.to_string()))?;
-    Ok(Ok(Repaired { texels, validity, outcome, atlas }))
+    let fault = |error: seamwise_texture::Error| Error::invalid(&at, error.to_string());
+    let rings = options.keep_padding;
+    let padding =
+        keep_padding(&texels, atlas.role, &mut validity, atlas.wrap, rings).map_err(fault)?;
+    if options.halvings > 0 {
+        (texels, validity) =
+            scale_down(&texels, atlas.role, &validity, options.halvings).map_err(fault)?;
+    }
+    let outcome = repair(&mut texels, atlas.role, &validity, atlas.wrap).map_err(fault)?;
+    Ok(Ok(Repaired { texels, validity, padding, outcome, atlas }))
 }
 
 /// The asset's images with the repaired ones in their places, each in the format it came in unless
@@ -300,7 +361,7 @@ mod tests {
 
         let repaired = repairs[0].result.as_ref().unwrap();
         assert_eq!(repaired.outcome.filled, repaired.validity.invalid());
-        let reads = repaired.reads();
+        let reads = repaired.reads(Footprint::default()).mips;
         assert!(reads.len() == 4 && reads.iter().all(|mip| mip.invalid > 0));
         let images = encode_repaired(&asset, &repairs, Encoding::default()).unwrap();
         assert!(images[0] != asset.images[0] && images[1..] == asset.images[1..]);

@@ -2,12 +2,12 @@
 
 use rayon::prelude::*;
 use seamwise_attr::Census;
-use seamwise_texture::{MipReads, Role, count_reads};
+use seamwise_texture::{Footprint, Role};
 use serde::Serialize;
 use serde_json::Value;
 
 use crate::asset::Asset;
-use crate::atlas::{Atlas, atlases};
+use crate::atlas::{Atlas, Reads, atlases};
 use crate::error::{Error, Result};
 use crate::geometry::Geometry;
 use crate::images::decode;
@@ -72,8 +72,10 @@ pub struct AtlasReport {
     pub height: usize,
     /// Share of the texels that charts cover, 0…1.
     pub coverage: f64,
-    /// Reads by bilinear taps inside the charts, for each mip level.
+    /// Reads by taps inside the charts, for each mip level.
     pub mips: Vec<MipReport>,
+    /// The first mip level with a texel made from two charts, whose colors no repair keeps apart.
+    pub charts_share_from: Option<usize>,
 }
 
 /// Reads at one mip level.
@@ -83,13 +85,16 @@ pub struct MipReport {
     pub read: usize,
     /// Those that an uncovered texel went into.
     pub invalid: usize,
+    /// How many of those a repair leaves.
+    pub invalid_after: usize,
 }
 
 /// Looks an asset over; decoding one of its images may take as much memory as `limit`.
+/// `footprint` is what counts as read.
 ///
 /// # Errors
 /// [`Error::Invalid`] or [`Error::Unsupported`] with the place in the document.
-pub fn inspect(asset: &Asset, limit: MemoryLimit) -> Result<Inspection> {
+pub fn inspect(asset: &Asset, limit: MemoryLimit, footprint: Footprint) -> Result<Inspection> {
     let meshes: Vec<Option<MeshReport>> = (0..asset.count("meshes"))
         .into_par_iter()
         .map(|mesh| Ok(Geometry::read(asset, &[mesh])?.map(|g| inspect_mesh(asset, &g))))
@@ -102,7 +107,7 @@ pub fn inspect(asset: &Asset, limit: MemoryLimit) -> Result<Inspection> {
         meshes,
         atlases: atlases(asset)?
             .par_iter()
-            .map(|atlas| inspect_atlas(asset, atlas, limit))
+            .map(|atlas| inspect_atlas(asset, atlas, limit, footprint))
             .collect::<Result<_>>()?,
         materials: asset.count("materials"),
         extensions: extensions
@@ -151,13 +156,24 @@ fn sum(meshes: &[MeshReport]) -> MeshReport {
     }
 }
 
-fn inspect_atlas(asset: &Asset, atlas: &Atlas, limit: MemoryLimit) -> Result<AtlasReport> {
+fn inspect_atlas(
+    asset: &Asset,
+    atlas: &Atlas,
+    limit: MemoryLimit,
+    footprint: Footprint,
+) -> Result<AtlasReport> {
     let at = format!("/images/{}", atlas.image);
     let texels = decode(&asset.images[atlas.image], &at, limit)?;
     let (width, height) = (texels.width() as usize, texels.height() as usize);
     let validity = atlas.validity(width, height);
-    let mips = count_reads(&validity, atlas.wrap, &atlas.charts.uvs, &atlas.charts.triangles);
-    let report = |mip: MipReads| MipReport { read: mip.read, invalid: mip.invalid };
+    let Reads { mips, shared_from } = atlas.charts.reads(&validity, atlas.wrap, footprint);
+    // A repair leaves no invalid texel where there is a valid one and a chart tells all that is read.
+    let repaired = validity.valid() > 0 && !atlas.beyond_charts;
+    let mips = mips.into_iter().map(|mip| MipReport {
+        read: mip.read,
+        invalid: mip.invalid,
+        invalid_after: if repaired { 0 } else { mip.invalid },
+    });
     Ok(AtlasReport {
         image: atlas.image,
         role: match atlas.role {
@@ -168,7 +184,8 @@ fn inspect_atlas(asset: &Asset, atlas: &Atlas, limit: MemoryLimit) -> Result<Atl
         width,
         height,
         coverage: validity.valid() as f64 / (width * height).max(1) as f64,
-        mips: mips.into_iter().map(report).collect(),
+        mips: mips.collect(),
+        charts_share_from: shared_from,
     })
 }
 
@@ -205,16 +222,21 @@ impl Inspection {
             t.shells,
         );
         for atlas in &self.atlases {
-            let invalid: Vec<String> =
-                atlas.mips.iter().map(|mip| mip.invalid.to_string()).collect();
+            let list = |figure: fn(&MipReport) -> usize| {
+                atlas.mips.iter().map(|mip| figure(mip).to_string()).collect::<Vec<_>>().join(" ")
+            };
+            let shared_from = atlas.charts_share_from;
             text += &format!(
-                "image {} ({}, {}×{}): {:.1} % covered; invalid reads per mip {}\n",
+                "image {} ({}, {}×{}): {:.1} % covered; invalid reads per mip {}, after a repair {}; \
+                 {}\n",
                 atlas.image,
                 atlas.role,
                 atlas.width,
                 atlas.height,
                 atlas.coverage * 100.0,
-                invalid.join(" "),
+                list(|mip| mip.invalid),
+                list(|mip| mip.invalid_after),
+                Reads { shared_from, ..Reads::default() }.sharing(),
             );
         }
         if !self.extensions.is_empty() {

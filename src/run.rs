@@ -174,7 +174,7 @@ fn load_file(path: &Path, cache: &mut TextureCache) -> seamwise::error::Result<S
 /// Looks an asset over.
 pub(crate) fn inspect(args: &InspectArgs, common: Common) -> Result<usize> {
     let found = read(&args.input)
-        .and_then(|asset| inspect::inspect(&asset, common.memory_limit))
+        .and_then(|asset| inspect::inspect(&asset, common.memory_limit, args.footprint.resolve()))
         .map_err(|error| anyhow!("{}: {error}", args.input.display()))?;
     say(common.quiet, &if args.json { found.to_json()? } else { found.to_text() })?;
     Ok(0)

@@ -113,7 +113,19 @@ fn the_options_of_the_design_are_there() {
         assert!(help.contains(option), "evaluate {option}");
     }
     let help = stage.run(&["repair", "--help"]).stdout;
-    for option in ["--mesh", "--mask", "--background", "--quality", "--png", "--memory-limit"] {
+    for option in [
+        "--mesh",
+        "--mask",
+        "--background",
+        "--keep-padding",
+        "--diff",
+        "--scale",
+        "--blocks",
+        "--anisotropy",
+        "--quality",
+        "--png",
+        "--memory-limit",
+    ] {
         assert!(help.contains(option), "repair {option}");
     }
 }

@@ -15,7 +15,7 @@ use seamwise::limit::MemoryLimit;
 use seamwise::options::{BakeOptions, ReportOptions, Targets, Textures};
 use seamwise::repair::{Background, MeshOptions, RepairOptions};
 use seamwise_attr::Polish;
-use seamwise_texture::Role;
+use seamwise_texture::{Footprint, Role};
 use steering::SteeringArgs;
 
 /// Levels of detail for textured glTF that still look like the original, and atlases that do not
@@ -118,6 +118,14 @@ fn parse_size(text: &str) -> std::result::Result<(u32, u32), String> {
     size.ok_or_else(|| format!("{text} is no size like 1920x1080"))
 }
 
+/// Reads `1/4`: how many halvings that is.
+fn parse_scale(text: &str) -> std::result::Result<u32, String> {
+    let parts = if text == "1" { Some("1") } else { text.strip_prefix("1/") };
+    let parts = parts.and_then(|parts| parts.parse().ok()).filter(|n: &u32| n.is_power_of_two());
+    let what = || format!("{text} is no scale like 1/2, 1/4 or 1/8: one over a power of two");
+    parts.map(u32::ilog2).ok_or_else(what)
+}
+
 /// Reads a number of pixels above 0.
 fn parse_tolerance(text: &str) -> std::result::Result<f64, String> {
     let tolerance = text.parse().ok().filter(|tolerance: &f64| *tolerance > 0.0);
@@ -180,7 +188,9 @@ impl BakeArgs {
     which are compressed anew (--quality), unless the output is a .png or, for an asset, --png is\n\
     given. A .webp is written losslessly, a .tif in the compression it came in where that is\n\
     lossless, and a palette as RGB. ICC profile, EXIF, density and texts stay within a format; what\n\
-    does not is said. In an EXR, NaN and infinities are never valid.")]
+    does not is said. In an EXR, NaN and infinities are never valid, and where only the background\n\
+    tells neither are fireflies between the charts of an .exr or .hdr: specks of up to 4 texels, and\n\
+    pieces of under 64 with one over 20 times brighter than 99.9 % of the larger pieces.")]
 pub(crate) struct RepairArgs {
     /// A .glb or .gltf, of which all images are repaired, or a .png, .jpg, .webp, .tif, .hdr or
     /// .exr.
@@ -207,6 +217,24 @@ pub(crate) struct RepairArgs {
     /// What the texels mean; color if not given, and numbers as they are in an EXR.
     #[arg(long, value_enum)]
     role: Option<RoleName>,
+    /// Keep up to N texels of existing padding around the charts where it agrees with them: ring by
+    /// ring, each texel within a tenth of the range (15° in a normal map) of what the chart leads to
+    /// expect there. All else around them is filled.
+    #[arg(long, default_value_t = 0, value_name = "N")]
+    keep_padding: u16,
+    /// Draw what was filled: the result in dim gray, filled texels in color with a tint of orange.
+    /// Where several images of an asset or layers of an EXR are repaired, each has a picture of its
+    /// own, with the number that the table gives it, or its place: FILE_0.png, FILE_3.png.
+    #[arg(long, value_name = "FILE.png")]
+    diff: Option<PathBuf>,
+    /// Scale the result down, to 1/2, 1/4 and so on along each axis. A texel becomes the mean of the
+    /// valid ones in it, in linear light or of vectors by role, and what has none is filled: nothing
+    /// around the charts bleeds into their rims. Images of an asset that are left alone keep their
+    /// size, except those that charts cover.
+    #[arg(long, default_value = "1", value_name = "1/N", value_parser = parse_scale)]
+    scale: u32,
+    #[command(flatten)]
+    footprint: FootprintArgs,
     /// Quality of JPEGs that are written.
     #[arg(long, default_value_t = Encoding::default().quality, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=100))]
     quality: u8,
@@ -214,6 +242,25 @@ pub(crate) struct RepairArgs {
     /// format of the output's extension.
     #[arg(long)]
     png: bool,
+}
+
+/// What counts as a read.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct FootprintArgs {
+    /// Count whole blocks of 4 × 4 texels as read, at each mip level, as in compressed textures.
+    #[arg(long)]
+    blocks: bool,
+    /// Count what anisotropic reads of up to N taps reach: texels less than N texels from a chart
+    /// along both axes, at each mip level, a bound for any direction.
+    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=16))]
+    anisotropy: u8,
+}
+
+impl FootprintArgs {
+    /// What these arguments mean.
+    pub(crate) fn resolve(self) -> Footprint {
+        Footprint { anisotropy: self.anisotropy, blocks: self.blocks }
+    }
 }
 
 /// `--role`.
@@ -245,6 +292,10 @@ impl RepairArgs {
                 RoleName::Normal => Role::Normal,
                 RoleName::Data => Role::Data,
             }),
+            halvings: self.scale,
+            footprint: self.footprint.resolve(),
+            diff: self.diff.clone(),
+            keep_padding: self.keep_padding.into(),
             encoding: Encoding { quality: self.quality, png: self.png },
             ..RepairOptions::default()
         }
@@ -321,6 +372,8 @@ impl EvaluateArgs {
 pub(crate) struct InspectArgs {
     /// A .glb or .gltf file.
     pub(crate) input: PathBuf,
+    #[command(flatten)]
+    pub(crate) footprint: FootprintArgs,
     /// Print JSON instead of text.
     #[arg(long)]
     pub(crate) json: bool,

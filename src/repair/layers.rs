@@ -11,12 +11,13 @@
 
 use exr::prelude::{FlatSamples, SampleType, Vec2, f16};
 use image::{DynamicImage, Rgb32FImage};
-use seamwise_texture::{Outcome, Part, Plane, Role, Validity, fill_holes};
+use seamwise_texture::{Outcome, Part, Plane, Role, Validity, agreeing_padding, fill_holes};
 
 use super::exr_file::{AnyLayer, Channel, LOSSLESS, decode, encode, loses, sample_type};
 use super::report::{ImageReport, RepairReport};
+use super::smaller::{scale_layer, scale_window};
 use super::sources::Sources;
-use super::{Job, WRAP};
+use super::{Job, WRAP, padding_note};
 use crate::error::{Error, Result};
 
 impl Job<'_> {
@@ -37,6 +38,7 @@ impl Job<'_> {
         if !told {
             return Err(self.nothing_tells());
         }
+        scale_window(&mut image, self.options.halvings);
         // What was read may still be more than the format allows: layers of one name, for one.
         let unwritable = |error: exr::error::Error| {
             let what = format!("it can't be written again: {error}");
@@ -70,13 +72,31 @@ impl Job<'_> {
         let tested = sources.validity([width, height], picture(layer).as_ref(), 0.0)?;
         *told |= tested.is_some();
         let all = || Validity::from_flags(width, height, vec![true; width * height]);
-        let validity = tested.unwrap_or_else(all);
+        let mut validity = tested.unwrap_or_else(all);
         if validity.valid() == 0 {
             return Err(self.nothing_valid());
         }
+        let padding = padding(layer, &validity, self.options.keep_padding);
+        report.notes.extend(padding_note(padding.valid()));
+        validity.union(&padding);
+        if self.options.halvings > 0 {
+            if layer.channel_data.list.iter().any(is_integer) {
+                let what = format!("{}: scaling channels of integers", self.input.display());
+                return Err(Error::Unsupported { what });
+            }
+            scale_layer(layer, &validity, self.options.halvings);
+            let Vec2(width, height) = layer.size;
+            validity = Validity::from_flags(width, height, vec![true; width * height]);
+        }
         let (trusted, outcome) = fill_layer(layer, &validity);
         *told |= trusted.invalid() > 0;
-        report.add_outcome(&trusted, outcome, sources.reads(&trusted));
+        if self.options.diff.is_some() {
+            let groups = groups(&layer.channel_data.list);
+            let shown = picture(layer).or_else(|| group_picture(layer, groups.first()?));
+            report.diff = shown.map_or(Ok(None), |shown| self.diff(&shown, &trusted))?;
+        }
+        let reads = sources.reads(&trusted, self.options.footprint);
+        report.add_outcome(&trusted, outcome, reads);
         Ok(report)
     }
 }
@@ -106,18 +126,59 @@ fn groups(channels: &[Channel]) -> Vec<Vec<usize>> {
 fn picture(layer: &AnyLayer) -> Option<DynamicImage> {
     let channels = &layer.channel_data.list;
     let groups = groups(channels);
-    let group = groups.iter().find(|group| group.len() == 3);
-    // Channels are in the order of their names: B, G, R.
-    let [b, g, r] = match (group, groups.as_slice()) {
-        (Some(group), _) => [group[0], group[1], group[2]],
-        (None, [only]) => [only[0]; 3],
-        _ => return None,
+    match (groups.iter().find(|group| group.len() == 3), groups.as_slice()) {
+        (Some(group), _) | (None, [group]) => group_picture(layer, group),
+        _ => None,
+    }
+}
+
+/// Groups of three channels, and all other channels on their own.
+pub(super) fn pictured(channels: &[Channel]) -> Vec<Vec<usize>> {
+    let split = |group: Vec<usize>| match group.len() {
+        3 => vec![group],
+        _ => group.into_iter().map(|channel| vec![channel]).collect(),
     };
+    groups(channels).into_iter().flat_map(split).collect()
+}
+
+/// Channels as a picture: three colors, or the first of others thrice.
+pub(super) fn group_picture(layer: &AnyLayer, group: &[usize]) -> Option<DynamicImage> {
+    let channels = &layer.channel_data.list;
+    // Channels are in the order of their names: B, G, R.
+    let [b, g, r] = group.try_into().unwrap_or([group[0]; 3]);
     let sample = |channel: usize, texel| channels[channel].sample_data.value_by_flat_index(texel);
     let texel = |texel| [r, g, b].map(|channel| sample(channel, texel).to_f32());
     let samples = (0..layer.size.area()).flat_map(texel).collect();
     let size = [layer.size.0, layer.size.1].map(|size| size as u32);
     Rgb32FImage::from_raw(size[0], size[1], samples).map(DynamicImage::ImageRgb32F)
+}
+
+/// The padding in up to `rings` rings around the valid texels that agrees with them in all
+/// channels: R, G and B as light, others as numbers.
+fn padding(layer: &AnyLayer, validity: &Validity, rings: usize) -> Validity {
+    let none = || {
+        Validity::from_flags(
+            validity.width(),
+            validity.height(),
+            vec![false; validity.flags().len()],
+        )
+    };
+    if rings == 0 {
+        return none();
+    }
+    let of_group = |group: Vec<usize>| {
+        let role = if group.len() == 3 { Role::Color } else { Role::Data };
+        let picture = group_picture(layer, &group)?;
+        agreeing_padding(&picture, role, validity, WRAP, rings).ok()
+    };
+    let each = pictured(&layer.channel_data.list)
+        .into_iter()
+        .map(|group| of_group(group).unwrap_or_else(none));
+    each.reduce(|mut all, one| {
+        all.intersect(&one);
+        all
+    })
+    .unwrap_or_else(none)
 }
 
 /// Fills a layer; returns which texels were valid and finite in all channels of floats.

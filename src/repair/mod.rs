@@ -10,23 +10,25 @@
 //! guaranteed: the same texels of JPEGs, which are compressed anew. A damaged file, or one that
 //! claims more memory than [`RepairOptions::memory_limit`], is an error, and nothing is written.
 
+mod diff;
 mod exr_file;
 mod layers;
 mod picture;
 pub(crate) mod picture_file;
 mod report;
+mod smaller;
 mod sources;
 mod tiff_file;
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use image::ImageFormat;
-use seamwise_texture::{Role, Wrap};
+use image::{DynamicImage, ImageFormat};
+use seamwise_texture::{Footprint, Role, Validity, Wrap};
 use serde_json::Value;
 
 use crate::asset::{self, Asset, EncodedImage};
-use crate::atlas::{ImageRepair, encode_repaired, repair_all};
+use crate::atlas::{AtlasOptions, ImageRepair, encode_repaired, repair_all_with};
 use crate::error::{Error, Result};
 use crate::images::{Encoding, detect_format};
 use crate::limit::MemoryLimit;
@@ -51,10 +53,28 @@ pub struct RepairOptions {
     /// What the texels mean; [`Role::Color`] if not given. An EXR's channels are filled as they are
     /// stored, whatever they mean.
     pub role: Option<Role>,
+    /// How many rings of texels around the valid ones stay if they agree with them; see
+    /// [`seamwise_texture::agreeing_padding`].
+    pub keep_padding: usize,
+    /// How often the result is halved, each texel the mean of valid ones; see
+    /// [`seamwise_texture::scale_down`].
+    pub halvings: u32,
+    /// What counts as read in the report.
+    pub footprint: Footprint,
+    /// A .png to draw what was filled in; see [`repair_file`].
+    pub diff: Option<PathBuf>,
     /// Most memory that decoding one image may take.
     pub memory_limit: MemoryLimit,
     /// How images are encoded.
     pub encoding: Encoding,
+}
+
+impl RepairOptions {
+    /// What of it is for the images of an asset.
+    fn for_atlases(&self) -> AtlasOptions {
+        let Self { memory_limit, keep_padding, halvings, .. } = *self;
+        AtlasOptions { memory_limit, keep_padding, halvings }
+    }
 }
 
 /// The mesh that wears a picture: all triangle primitives of a glTF file, wherever its nodes put
@@ -134,14 +154,24 @@ impl Kind {
 /// Repairs the file `input` and writes the result to `output`: an asset with all its images, as
 /// .glb; an .exr with all its layers; or a picture, in the format of `output`'s extension.
 ///
+/// Where [`RepairOptions::diff`] names a .png, it shows the result in dim gray and what was filled in
+/// color. Of several images each has a picture of its own, with its number before the extension:
+/// `FILE_0.png`.
+///
 /// # Errors
 /// [`Error::Io`], [`Error::Invalid`] or [`Error::Unsupported`] if a file can't be read or written,
 /// with its name; [`Error::Options`] if `output` is one of the files read or of another kind, or
 /// if nothing tells which texels are valid.
 pub fn repair_file(input: &Path, output: &Path, options: &RepairOptions) -> Result<RepairReport> {
     let mesh = options.mesh.as_ref().map(|mesh| mesh.file.as_path());
-    for read in [Some(input), mesh, options.mask.as_deref()].into_iter().flatten() {
-        refuse_overwriting(read, &[output.to_owned()])?;
+    let refuse = |outputs: &[PathBuf]| {
+        let mut read = [Some(input), mesh, options.mask.as_deref()].into_iter().flatten();
+        read.try_for_each(|read| refuse_overwriting(read, outputs))
+    };
+    refuse(&[output.to_owned()])?;
+    if let Some(diff) = options.diff.as_deref().filter(|diff| !is_named(diff, &["png"])) {
+        let what = format!("{}: what was filled is drawn to a .png", diff.display());
+        return Err(Error::Options { what });
     }
     let bytes = if is_named(input, &["gltf", "glb"]) {
         std::fs::read(input).map_err(|error| Error::io(input, error))?
@@ -149,7 +179,15 @@ pub fn repair_file(input: &Path, output: &Path, options: &RepairOptions) -> Resu
         options.memory_limit.read_file(input)?
     };
     let (file, report) = repair_bytes(&bytes, input, output, options)?;
-    write_files(&[(output.to_owned(), file)])?;
+    let mut files = vec![(output.to_owned(), file)];
+    files.extend(options.diff.iter().flat_map(|diff| report.diffs(diff)));
+    let names: Vec<PathBuf> = files.iter().map(|(name, _)| name.clone()).collect();
+    refuse(&names)?;
+    if names[1..].contains(&names[0]) {
+        let what = format!("{}: both the result and the picture of it", output.display());
+        return Err(Error::Options { what });
+    }
+    write_files(&files)?;
     Ok(report)
 }
 
@@ -195,9 +233,14 @@ impl Job<'_> {
         Err(Error::Options { what })
     }
 
+    /// The picture of what was filled, if it is asked for; `kept` are the other texels.
+    fn diff(&self, texels: &DynamicImage, kept: &Validity) -> Result<Option<Vec<u8>>> {
+        self.options.diff.is_some().then(|| diff::diff_png(texels, kept)).transpose()
+    }
+
     fn asset(&self, bytes: &[u8]) -> Result<(Vec<u8>, RepairReport)> {
         self.expect_extension("glb")?;
-        let RepairOptions { mesh, mask, background, role, memory_limit, encoding } = self.options;
+        let RepairOptions { mesh, mask, background, role, encoding, .. } = self.options;
         let own = mesh.is_none() && mask.is_none() && role.is_none();
         if !own || *background != Background::Auto {
             let what = "mesh, mask, background and role are for pictures: an asset has its own";
@@ -205,10 +248,16 @@ impl Job<'_> {
         }
         let run = || {
             let asset = read_bytes(bytes, folder_of(self.input))?;
-            let repairs = repair_all(&asset, *memory_limit)?;
+            let repairs = repair_all_with(&asset, self.options.for_atlases())?;
             let images = encode_repaired(&asset, &repairs, *encoding)?;
-            let report =
-                repairs.iter().map(|repair| asset_image(&asset, repair, *encoding)).collect();
+            let report = repairs.iter().map(|repair| {
+                let mut report = asset_image(&asset, repair, self.options);
+                if let Ok(repaired) = &repair.result {
+                    report.diff = self.diff(&repaired.texels, &repaired.validity)?;
+                }
+                Ok(report)
+            });
+            let report = report.collect::<Result<_>>()?;
             let glb = to_glb(&Asset { images, ..asset })?;
             Ok((glb, RepairReport { images: report }))
         };
@@ -217,7 +266,8 @@ impl Job<'_> {
 }
 
 /// The report of an image of an asset, which is called by its place and its name.
-fn asset_image(asset: &Asset, repair: &ImageRepair, encoding: Encoding) -> ImageReport {
+fn asset_image(asset: &Asset, repair: &ImageRepair, options: &RepairOptions) -> ImageReport {
+    let RepairOptions { encoding, footprint, .. } = *options;
     let at = format!("/images/{}", repair.image);
     let field = |key: &str| asset.json.pointer(&at)?.get(key).and_then(Value::as_str);
     let uri = || field("uri").filter(|uri| !uri.starts_with("data:"));
@@ -229,8 +279,9 @@ fn asset_image(asset: &Asset, repair: &ImageRepair, encoding: Encoding) -> Image
     };
     match &repair.result {
         Ok(repaired) => {
-            report.add_outcome(&repaired.validity, repaired.outcome, repaired.reads());
+            report.add_outcome(&repaired.validity, repaired.outcome, repaired.reads(footprint));
             report.notes = encoding_notes(&asset.images[repair.image], encoding);
+            report.notes.extend(padding_note(repaired.padding));
         }
         Err(reason) => report.left_alone = Some(reason.to_string()),
     }
@@ -245,6 +296,11 @@ fn encoding_notes(before: &EncodedImage, encoding: Encoding) -> Vec<String> {
         asset::ImageFormat::Jpeg => Some(reencoded(encoding.quality)),
     };
     note.into_iter().collect()
+}
+
+/// What is to be said about padding that was kept.
+fn padding_note(texels: usize) -> Option<String> {
+    (texels > 0).then(|| format!("{texels} texels of its padding are kept"))
 }
 
 /// What is to be said about a JPEG.

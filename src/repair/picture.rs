@@ -1,12 +1,12 @@
 //! The repair of a picture: PNG, JPEG, WebP, TIFF, Radiance HDR.
 
 use image::ImageFormat;
-use seamwise_texture::repair;
+use seamwise_texture::{keep_padding, repair, scale_down};
 
 use super::picture_file::Picture;
 use super::report::{ImageReport, RepairReport};
 use super::sources::Sources;
-use super::{Job, WRAP};
+use super::{Job, WRAP, padding_note};
 use crate::error::{Error, Result};
 
 /// How far a texel may be from the background color: half a step of 8 bits where files keep their
@@ -33,16 +33,25 @@ impl Job<'_> {
         let lossy = matches!(format, ImageFormat::Jpeg | ImageFormat::WebP);
         let tolerance = if lossy { LOSSY_TOLERANCE } else { TOLERANCE };
         let sources = Sources::read(self.options)?;
-        let validity = sources
+        let mut validity = sources
             .validity(size, Some(&picture.texels), tolerance)?
             .ok_or_else(|| self.nothing_tells())?;
         if validity.valid() == 0 {
             return Err(self.nothing_valid());
         }
         let role = self.options.role.unwrap_or_default();
-        let reads = sources.reads(&validity);
-        let outcome = repair(&mut picture.texels, role, &validity, WRAP)
-            .map_err(|error| invalid(error.to_string()))?;
+        let fault = |error: seamwise_texture::Error| invalid(error.to_string());
+        let rings = self.options.keep_padding;
+        let padding =
+            keep_padding(&picture.texels, role, &mut validity, WRAP, rings).map_err(fault)?;
+        if self.options.halvings > 0 {
+            (picture.texels, validity) =
+                scale_down(&picture.texels, role, &validity, self.options.halvings)
+                    .map_err(fault)?;
+        }
+        let reads = sources.reads(&validity, self.options.footprint);
+        drop(sources);
+        let outcome = repair(&mut picture.texels, role, &validity, WRAP).map_err(fault)?;
         let (file, notes) = picture.encode(output_format, encoding.quality).map_err(|what| {
             let output = self.output.display();
             Error::Options { what: format!("{output}: {what}; choose another format") }
@@ -50,6 +59,8 @@ impl Job<'_> {
         let name = self.input.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let mut report = ImageReport { name, role: Some(role), ..ImageReport::default() };
         report.notes = [picture.notes, notes].concat();
+        report.notes.extend(padding_note(padding));
+        report.diff = self.diff(&picture.texels, &validity)?;
         report.add_outcome(&validity, outcome, reads);
         Ok((file, RepairReport { images: vec![report] }))
     }

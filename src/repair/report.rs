@@ -1,7 +1,10 @@
 //! What a repair did, as a table.
 
-use seamwise_texture::{MipReads, Outcome, Role, Validity};
+use std::path::{Path, PathBuf};
 
+use seamwise_texture::{Outcome, Role, Validity};
+
+use crate::atlas::Reads;
 use crate::report::align;
 
 /// What a repair did to each image of a file.
@@ -26,23 +29,19 @@ pub struct ImageReport {
     pub filled: usize,
     /// Texels that may not be trusted and could not be filled.
     pub remaining: usize,
-    /// What filtering inside the charts read before the repair, at each mip level; empty where no
-    /// charts are known.
-    pub reads: Vec<MipReads>,
+    /// What filtering inside the charts read before the repair; empty where no charts are known.
+    pub reads: Reads,
     /// Why it was left alone, if it was.
     pub left_alone: Option<String>,
     /// What changed beside texels that were filled.
     pub notes: Vec<String>,
+    /// A PNG of what was filled, if it was asked for.
+    pub diff: Option<Vec<u8>>,
 }
 
 impl ImageReport {
     /// Enters the figures of a repair.
-    pub(super) fn add_outcome(
-        &mut self,
-        validity: &Validity,
-        outcome: Outcome,
-        reads: Vec<MipReads>,
-    ) {
+    pub(super) fn add_outcome(&mut self, validity: &Validity, outcome: Outcome, reads: Reads) {
         self.size = Some([validity.width(), validity.height()]);
         self.covered = validity.valid();
         self.filled = outcome.filled;
@@ -58,16 +57,15 @@ impl ImageReport {
 
     /// The invalid reads of this image, which `alike` others share.
     fn reads_line(&self, alike: usize) -> String {
-        let list = |figure: &dyn Fn(&MipReads) -> String| {
-            self.reads.iter().map(figure).collect::<Vec<_>>().join(" ")
-        };
-        let before = list(&|mip| format!("{}/{}", mip.invalid, mip.read));
-        let after = match self.remaining {
-            0 => "0".to_owned(),
-            _ => list(&|mip| self.reads_after(mip.invalid).to_string()),
-        };
+        let mips = self.reads.mips.iter();
+        let before: Vec<String> =
+            mips.clone().map(|mip| format!("{}/{}", mip.invalid, mip.read)).collect();
+        let after: Vec<String> =
+            mips.map(|mip| self.reads_after(mip.invalid).to_string()).collect();
+        let [before, after] = [before, after].map(|figures| figures.join(" "));
         let alike = if alike == 0 { String::new() } else { format!(" and {alike} more") };
-        format!("{}{alike}: {before} → {after}\n", self.name)
+        let shared = self.reads.sharing();
+        format!("{}{alike}: {before} → {after}; {shared}\n", self.name)
     }
 
     fn reads_alike(&self, other: &Self) -> bool {
@@ -76,6 +74,20 @@ impl ImageReport {
 }
 
 impl RepairReport {
+    /// The pictures of what was filled, as files: `path` if there is one, otherwise each with the
+    /// number of its image before the extension.
+    pub fn diffs(&self, path: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+        let drawn = |image: &ImageReport| image.diff.clone();
+        let drawn: Vec<_> = self.images.iter().map(drawn).enumerate().collect();
+        let several = drawn.iter().filter(|(_, png)| png.is_some()).count() > 1;
+        let name = |index: usize| {
+            let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+            let name = format!("{stem}_{index}.png");
+            if several { path.with_file_name(name) } else { path.to_owned() }
+        };
+        drawn.into_iter().filter_map(|(index, png)| Some((name(index), png?))).collect()
+    }
+
     /// The report for people.
     pub fn to_table(&self) -> String {
         let header = ["image", "role", "size", "covered", "filled", "remaining", ""];
@@ -97,7 +109,8 @@ impl RepairReport {
 
     /// One line for all images that lie in the same charts.
     fn reads(&self) -> String {
-        let images: Vec<_> = self.images.iter().filter(|image| !image.reads.is_empty()).collect();
+        let images: Vec<_> =
+            self.images.iter().filter(|image| !image.reads.mips.is_empty()).collect();
         let mut lines = String::new();
         for (index, image) in images.iter().enumerate() {
             if !images[..index].iter().any(|earlier| earlier.reads_alike(image)) {
@@ -130,18 +143,23 @@ fn row(image: &ImageReport) -> [String; 7] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use seamwise_texture::MipReads;
 
     #[test]
     fn reads_are_shown_once_for_images_that_share_them() {
-        let reads = vec![MipReads { width: 2, height: 1, read: 2, invalid: 1 }];
+        let mip = |read, invalid| MipReads { width: read, height: 1, read, invalid };
+        let reads = Reads { mips: vec![mip(2, 1), mip(1, 1)], shared_from: Some(1) };
         let image = |name: &str, remaining| ImageReport {
             name: name.into(),
             reads: reads.clone(),
             remaining,
             ..ImageReport::default()
         };
-        let none = ImageReport { reads: Vec::new(), ..image("d", 0) };
+        let none = ImageReport { reads: Reads::default(), ..image("d", 0) };
         let images = vec![image("a", 0), image("b", 1), none, image("c", 0)];
-        assert_eq!(RepairReport { images }.reads(), "a and 1 more: 1/2 → 0\nb: 1/2 → 1\n");
+        let shared = "charts share texels from mip 1 on";
+        let expected =
+            format!("a and 1 more: 1/2 1/1 → 0 0; {shared}\nb: 1/2 1/1 → 1 1; {shared}\n");
+        assert_eq!(RepairReport { images }.reads(), expected);
     }
 }

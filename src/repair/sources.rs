@@ -4,13 +4,13 @@ use std::path::PathBuf;
 
 use glam::Affine2;
 use image::DynamicImage;
-use seamwise_texture::{MipReads, Plane, Validity, count_reads, detect_background};
+use seamwise_texture::{Footprint, Plane, Validity, detect_background};
 use serde_json::Value;
 
 use super::picture_file::Picture;
 use super::{Background, MeshOptions, RepairOptions, WRAP};
 use crate::asset::Asset;
-use crate::atlas::Charts;
+use crate::atlas::{Charts, Reads};
 use crate::error::{Error, Result};
 use crate::primitive::Primitive;
 use crate::read::read_geometry;
@@ -77,10 +77,10 @@ impl Sources {
         }))
     }
 
-    /// What filtering inside the mesh's charts reads, at each mip level; empty without a mesh.
-    pub(super) fn reads(&self, validity: &Validity) -> Vec<MipReads> {
-        let count = |charts: &Charts| count_reads(validity, WRAP, &charts.uvs, &charts.triangles);
-        self.charts.as_ref().map_or(Vec::new(), count)
+    /// What filtering inside the mesh's charts reads; nothing without a mesh.
+    pub(super) fn reads(&self, validity: &Validity, footprint: Footprint) -> Reads {
+        let count = |charts: &Charts| charts.reads(validity, WRAP, footprint);
+        self.charts.as_ref().map_or(Reads::default(), count)
     }
 }
 

@@ -7,7 +7,7 @@ use image::codecs::jpeg::JpegEncoder;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{DynamicImage, RgbImage};
 use rayon::prelude::*;
-use seamwise_texture::{MipReads, Role, Validity};
+use seamwise_texture::{Footprint, MipReads, Role, Validity};
 
 use crate::asset::Asset;
 use crate::atlas::{ImageRepair, LeftAlone, Repaired};
@@ -214,7 +214,7 @@ fn draw_atlas(
         covered: validity.valid(),
         filled: repaired.outcome.filled,
         remaining: repaired.outcome.remaining,
-        reads: repaired.reads(),
+        reads: repaired.reads(Footprint::default()).mips,
         before: Picture::new(&marked)?,
         after: Picture::new(&thumbnail(&repaired.texels))?,
     })

@@ -2,9 +2,14 @@
 //!
 //! Both of the method's kernels are products of a row and a column: (1 2 2 1) / 6 for pull, (¼ ¾)
 //! for push. So rows are reduced first and then combined, and each row of either pass is plain
-//! arithmetic on neighbors in memory.
+//! arithmetic on neighbors in memory. Here are also the passes from one level to the next.
+
+use rayon::prelude::*;
 
 use crate::Wrap;
+
+/// Rows that one thread works on at a time.
+pub(crate) const ROWS: usize = 16;
 
 /// How much more than its share of valid texels a coarse texel counts, at most in full.
 ///
@@ -87,6 +92,72 @@ pub(crate) fn blend_columns<const N: usize>(blended: &[Cell<N>], x: usize) -> Ce
     let near = &blended[x / 2 + 1];
     let far = &blended[x / 2 + 2 * (x % 2)];
     std::array::from_fn(|k| 0.75 * near[k] + 0.25 * far[k])
+}
+
+/// The level that is coarser than another.
+pub(crate) fn pull_level<const N: usize>(fine: &Level<N>, wrap: [Wrap; 2]) -> Level<N> {
+    let width = fine.width;
+    pull_rows([width, fine.height], wrap, |y, row: &mut [Cell<N>]| {
+        row.copy_from_slice(&fine.cells[y * width..(y + 1) * width]);
+    })
+}
+
+/// The next coarser level of one of `size`, whose rows `read` writes out. Columns are reduced
+/// first, then rows.
+pub(crate) fn pull_rows<const N: usize>(
+    size: [usize; 2],
+    wrap: [Wrap; 2],
+    read: impl Fn(usize, &mut [Cell<N>]) + Sync,
+) -> Level<N> {
+    let [width, height] = size.map(|n| n.div_ceil(2));
+    let mut cells = vec![[0.0; N]; width * height];
+    let blocks = cells.par_chunks_mut(width * ROWS).enumerate();
+    blocks.for_each_init(
+        || (vec![[0.0; N]; size[0] + 3], vec![[0.0; N]; width * (2 * ROWS + 2)]),
+        |(padded, reduced), (block, cells)| {
+            let rows = cells.len() / width;
+            let top = (2 * block * ROWS) as i64 - 1;
+            for (y, out) in (top..).zip(reduced.chunks_exact_mut(width).take(2 * rows + 2)) {
+                read(wrap[1].texel(y, size[1]), &mut padded[1..=size[0]]);
+                pad(padded, wrap[0], size[0]);
+                for (cell, near) in out.iter_mut().zip(padded.windows(4).step_by(2)) {
+                    *cell = reduce([&near[0], &near[1], &near[2], &near[3]]);
+                }
+            }
+            for (y, out) in cells.chunks_exact_mut(width).enumerate() {
+                let rows: [&[Cell<N>]; 4] =
+                    std::array::from_fn(|k| &reduced[(2 * y + k) * width..][..width]);
+                for (x, cell) in out.iter_mut().enumerate() {
+                    *cell = reduce([&rows[0][x], &rows[1][x], &rows[2][x], &rows[3][x]]);
+                    trust(cell);
+                }
+            }
+        },
+    );
+    Level { width, height, cells }
+}
+
+/// Fills what is missing in a level from the coarser one.
+pub(crate) fn push_level<const N: usize>(coarse: &Level<N>, fine: &mut Level<N>, wrap: [Wrap; 2]) {
+    let width = fine.width;
+    let blocks = fine.cells.par_chunks_mut(width * ROWS).enumerate();
+    blocks.for_each_init(
+        || vec![[0.0; N]; coarse.width + 2],
+        |blended, (block, cells)| {
+            for (y, row) in (block * ROWS..).zip(cells.chunks_exact_mut(width)) {
+                blend_rows(coarse, y, wrap, blended);
+                for (x, cell) in row.iter_mut().enumerate() {
+                    let given = blend_columns(blended, x);
+                    let (weight, given_weight) = (cell[N - 1], given[N - 1]);
+                    let filled = given_weight * (1.0 - weight) + weight;
+                    // w·x of the new w and x; the division turns Σ h w x into tx.
+                    let share = (1.0 - weight) / given_weight;
+                    *cell = std::array::from_fn(|k| (given[k] * share + cell[k]) * filled);
+                    cell[N - 1] = filled;
+                }
+            }
+        },
+    );
 }
 
 #[cfg(test)]

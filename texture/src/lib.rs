@@ -12,8 +12,10 @@
 //!
 //! [`UvTriangle`] rasterises the mesh's UVs with exact edge functions, [`Validity`] collects the
 //! texels whose centres are covered; without a mesh, [`detect_background`] finds the unused color.
+//! [`agreeing_padding`] finds what an earlier tool painted around the charts and may stay.
 //! [`count_reads`] counts, mip level by mip level, the texels that filtering inside the charts
 //! reads and that invalid ones went into: what there was to repair, and 0 once it is.
+//! [`charts_share_from`] tells from which level on no fill helps, as charts lie in one texel.
 //!
 //! # Pull-push
 //!
@@ -26,7 +28,8 @@
 //! bilinear weights up hide them.
 //!
 //! [`repair`](fn@repair) does this in the space where averages mean something: linear light for
-//! colors, vectors for normals.
+//! colors, vectors for normals. So does [`scale_down`], which makes an image smaller from valid
+//! texels alone.
 //!
 //! - S. Gortler, R. Grzeszczuk, R. Szeliski, M. Cohen, "The Lumigraph", SIGGRAPH 1996: pull-push for
 //!   scattered samples, with weights that saturate.
@@ -41,22 +44,28 @@ mod coverage;
 mod error;
 mod kernel;
 mod mips;
+mod padding;
 mod plane;
 mod pyramid;
 mod raster;
 mod reads;
 mod repair;
 mod samples;
+mod scale;
+mod sharing;
 mod validity;
 mod wrap;
 
 pub use background::detect_background;
 pub use error::{Error, Result};
 pub use mips::{Encoding, Level, Mips};
+pub use padding::{agreeing_padding, keep_padding};
 pub use plane::Plane;
 pub use pyramid::{Part, fill_holes};
 pub use raster::{Texel, UvTriangle, Window, to_texels};
-pub use reads::{MipReads, count_reads};
+pub use reads::{Footprint, MipReads, count_reads};
 pub use repair::{Outcome, Role, repair};
+pub use scale::scale_down;
+pub use sharing::charts_share_from;
 pub use validity::Validity;
 pub use wrap::Wrap;

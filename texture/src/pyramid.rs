@@ -27,7 +27,9 @@
 
 use rayon::prelude::*;
 
-use crate::kernel::{Cell, Level, blend_columns, blend_rows, pad, reduce, trust};
+use crate::kernel::{
+    Cell, Level, ROWS, blend_columns, blend_rows, pull_level, pull_rows, push_level,
+};
 use crate::{Plane, Wrap};
 
 /// What a texel does in a fill.
@@ -41,9 +43,6 @@ pub enum Part {
     Hole,
 }
 
-/// Rows that one thread works on at a time.
-const ROWS: usize = 16;
-
 /// Fills the holes of `plane` from its sources; false, and nothing written, if there are no
 /// sources. `parts`: one per texel, row after row; `wrap`: along x and y. Every channel is filled
 /// alike.
@@ -54,155 +53,116 @@ const ROWS: usize = 16;
 /// If `parts` has not one element per texel.
 pub fn fill_holes(plane: &mut Plane, parts: &[Part], wrap: [Wrap; 2]) -> bool {
     assert_eq!(parts.len(), plane.width() * plane.height(), "parts and texels differ in number");
-    if !parts.contains(&Part::Source) {
-        return false;
-    }
-    if !parts.contains(&Part::Hole) {
-        return true;
-    }
-    let channels = plane.channels();
-    for first in (0..channels).step_by(3) {
-        match channels - first {
-            1 => fill_channels::<2>(plane, first, parts, wrap),
-            2 => fill_channels::<3>(plane, first, parts, wrap),
-            _ => fill_channels::<4>(plane, first, parts, wrap),
-        }
-    }
-    true
-}
-
-/// Fills `N - 1` channels from `first` on.
-fn fill_channels<const N: usize>(plane: &mut Plane, first: usize, parts: &[Part], wrap: [Wrap; 2]) {
-    if plane.width() == 1 && plane.height() == 1 {
-        return;
-    }
-    let mut levels = vec![pull_image::<N>(plane, first, parts, wrap)];
-    while let Some(last) = levels.last()
-        && (last.width > 1 || last.height > 1)
-    {
-        levels.push(pull_level(last, wrap));
-    }
-    for coarse in (1..levels.len()).rev() {
-        let (finer, coarser) = levels.split_at_mut(coarse);
-        push_level(&coarser[0], &mut finer[coarse - 1], wrap);
-    }
-    push_image(&levels[0], plane, first, parts, wrap);
-}
-
-fn pull_image<const N: usize>(
-    plane: &Plane,
-    first: usize,
-    parts: &[Part],
-    wrap: [Wrap; 2],
-) -> Level<N> {
-    let (width, channels) = (plane.width(), plane.channels());
-    pull_rows([width, plane.height()], wrap, |y, row: &mut [Cell<N>]| {
-        let texels = plane.data()[y * width * channels..].chunks_exact(channels);
-        let parts = &parts[y * width..(y + 1) * width];
-        for ((cell, texel), part) in row.iter_mut().zip(texels).zip(parts) {
-            *cell = [0.0; N];
-            if *part == Part::Source {
-                cell[..N - 1].copy_from_slice(&texel[first..first + N - 1]);
-                cell[N - 1] = 1.0;
-            }
-        }
+    let (size, channels) = ([plane.width(), plane.height()], plane.channels());
+    (0..channels).step_by(3).all(|first| {
+        let own = first..channels.min(first + 3);
+        let mut texels = Texels {
+            samples: plane.data_mut(),
+            stride: channels,
+            size,
+            wrap,
+            read: |texel: &[f32], values: &mut [f32]| values.copy_from_slice(&texel[own.clone()]),
+            write: |texel: &mut [f32], values: &mut [f32]| {
+                texel[own.clone()].copy_from_slice(values);
+            },
+        };
+        texels.fill(own.len(), parts)
     })
 }
 
-fn pull_level<const N: usize>(fine: &Level<N>, wrap: [Wrap; 2]) -> Level<N> {
-    let width = fine.width;
-    pull_rows([width, fine.height], wrap, |y, row: &mut [Cell<N>]| {
-        row.copy_from_slice(&fine.cells[y * width..(y + 1) * width]);
-    })
+/// The texels of an image as its file stores them, and how to read and write some channels of one:
+/// no copy of the image in floats is needed.
+pub(crate) struct Texels<'a, T, R, W> {
+    /// `stride` per texel, row after row.
+    pub(crate) samples: &'a mut [T],
+    pub(crate) stride: usize,
+    /// Width and height.
+    pub(crate) size: [usize; 2],
+    pub(crate) wrap: [Wrap; 2],
+    /// Reads the channels of a source.
+    pub(crate) read: R,
+    /// Writes the channels of a hole; what becomes of the numbers does not matter.
+    pub(crate) write: W,
 }
 
-/// The next coarser level of one of `size`, whose rows `read` writes out. Columns are reduced
-/// first, then rows.
-fn pull_rows<const N: usize>(
-    size: [usize; 2],
-    wrap: [Wrap; 2],
-    read: impl Fn(usize, &mut [Cell<N>]) + Sync,
-) -> Level<N> {
-    let [width, height] = size.map(|n| n.div_ceil(2));
-    let mut cells = vec![[0.0; N]; width * height];
-    let blocks = cells.par_chunks_mut(width * ROWS).enumerate();
-    blocks.for_each_init(
-        || (vec![[0.0; N]; size[0] + 3], vec![[0.0; N]; width * (2 * ROWS + 2)]),
-        |(padded, reduced), (block, cells)| {
-            let rows = cells.len() / width;
-            let top = (2 * block * ROWS) as i64 - 1;
-            for (y, out) in (top..).zip(reduced.chunks_exact_mut(width).take(2 * rows + 2)) {
-                read(wrap[1].texel(y, size[1]), &mut padded[1..=size[0]]);
-                pad(padded, wrap[0], size[0]);
-                for (cell, near) in out.iter_mut().zip(padded.windows(4).step_by(2)) {
-                    *cell = reduce([&near[0], &near[1], &near[2], &near[3]]);
-                }
+impl<T, R, W> Texels<'_, T, R, W>
+where
+    T: Send + Sync,
+    R: Fn(&[T], &mut [f32]) + Sync,
+    W: Fn(&mut [T], &mut [f32]) + Sync,
+{
+    /// Fills one to three channels; false, and nothing written, if there are no sources.
+    pub(crate) fn fill(&mut self, channels: usize, parts: &[Part]) -> bool {
+        if !parts.contains(&Part::Source) {
+            return false;
+        }
+        if parts.contains(&Part::Hole) {
+            match channels {
+                1 => self.fill_channels::<2>(parts),
+                2 => self.fill_channels::<3>(parts),
+                _ => self.fill_channels::<4>(parts),
             }
-            for (y, out) in cells.chunks_exact_mut(width).enumerate() {
-                let rows: [&[Cell<N>]; 4] =
-                    std::array::from_fn(|k| &reduced[(2 * y + k) * width..][..width]);
-                for (x, cell) in out.iter_mut().enumerate() {
-                    *cell = reduce([&rows[0][x], &rows[1][x], &rows[2][x], &rows[3][x]]);
-                    trust(cell);
-                }
-            }
-        },
-    );
-    Level { width, height, cells }
-}
+        }
+        true
+    }
 
-fn push_level<const N: usize>(coarse: &Level<N>, fine: &mut Level<N>, wrap: [Wrap; 2]) {
-    let width = fine.width;
-    let blocks = fine.cells.par_chunks_mut(width * ROWS).enumerate();
-    blocks.for_each_init(
-        || vec![[0.0; N]; coarse.width + 2],
-        |blended, (block, cells)| {
-            for (y, row) in (block * ROWS..).zip(cells.chunks_exact_mut(width)) {
-                blend_rows(coarse, y, wrap, blended);
-                for (x, cell) in row.iter_mut().enumerate() {
-                    let given = blend_columns(blended, x);
-                    let (weight, given_weight) = (cell[N - 1], given[N - 1]);
-                    let filled = given_weight * (1.0 - weight) + weight;
-                    // w·x of the new w and x; the division turns Σ h w x into tx.
-                    let share = (1.0 - weight) / given_weight;
-                    *cell = std::array::from_fn(|k| (given[k] * share + cell[k]) * filled);
-                    cell[N - 1] = filled;
+    /// Fills `N - 1` channels.
+    fn fill_channels<const N: usize>(&mut self, parts: &[Part]) {
+        if self.size == [1, 1] {
+            return;
+        }
+        let mut levels = vec![self.pull::<N>(parts)];
+        while let Some(last) = levels.last()
+            && (last.width > 1 || last.height > 1)
+        {
+            levels.push(pull_level(last, self.wrap));
+        }
+        for coarse in (1..levels.len()).rev() {
+            let (finer, coarser) = levels.split_at_mut(coarse);
+            push_level(&coarser[0], &mut finer[coarse - 1], self.wrap);
+        }
+        self.push(&levels[0], parts);
+    }
+
+    fn pull<const N: usize>(&self, parts: &[Part]) -> Level<N> {
+        let (width, stride) = (self.size[0], self.stride);
+        pull_rows(self.size, self.wrap, |y, row: &mut [Cell<N>]| {
+            let texels = self.samples[y * width * stride..].chunks_exact(stride);
+            let parts = &parts[y * width..(y + 1) * width];
+            for ((cell, texel), part) in row.iter_mut().zip(texels).zip(parts) {
+                *cell = [0.0; N];
+                if *part == Part::Source {
+                    (self.read)(texel, &mut cell[..N - 1]);
+                    cell[N - 1] = 1.0;
                 }
             }
-        },
-    );
-}
+        })
+    }
 
-fn push_image<const N: usize>(
-    coarse: &Level<N>,
-    plane: &mut Plane,
-    first: usize,
-    parts: &[Part],
-    wrap: [Wrap; 2],
-) {
-    let (width, channels) = (plane.width(), plane.channels());
-    let blocks = plane.data_mut().par_chunks_mut(width * channels * ROWS).enumerate();
-    blocks.zip(parts.par_chunks(width * ROWS)).for_each_init(
-        || vec![[0.0; N]; coarse.width + 2],
-        |blended, ((block, texels), parts)| {
-            let rows = texels.chunks_exact_mut(width * channels).zip(parts.chunks_exact(width));
-            for (y, (row, parts)) in (block * ROWS..).zip(rows) {
-                if !parts.contains(&Part::Hole) {
-                    continue;
-                }
-                blend_rows(coarse, y, wrap, blended);
-                for (x, texel) in row.chunks_exact_mut(channels).enumerate() {
-                    if parts[x] == Part::Hole {
-                        let given: Cell<N> = blend_columns(blended, x);
-                        let unit = 1.0 / given[N - 1];
-                        for (value, sum) in texel[first..].iter_mut().zip(&given[..N - 1]) {
-                            *value = sum * unit;
+    fn push<const N: usize>(&mut self, coarse: &Level<N>, parts: &[Part]) {
+        let (width, stride, wrap, write) = (self.size[0], self.stride, self.wrap, &self.write);
+        let blocks = self.samples.par_chunks_mut(width * stride * ROWS).enumerate();
+        blocks.zip(parts.par_chunks(width * ROWS)).for_each_init(
+            || vec![[0.0; N]; coarse.width + 2],
+            |blended, ((block, texels), parts)| {
+                let rows = texels.chunks_exact_mut(width * stride).zip(parts.chunks_exact(width));
+                for (y, (row, parts)) in (block * ROWS..).zip(rows) {
+                    if !parts.contains(&Part::Hole) {
+                        continue;
+                    }
+                    blend_rows(coarse, y, wrap, blended);
+                    for (x, texel) in row.chunks_exact_mut(stride).enumerate() {
+                        if parts[x] == Part::Hole {
+                            let mut given: Cell<N> = blend_columns(blended, x);
+                            let unit = 1.0 / given[N - 1];
+                            given[..N - 1].iter_mut().for_each(|sum| *sum *= unit);
+                            write(texel, &mut given[..N - 1]);
                         }
                     }
                 }
-            }
-        },
-    );
+            },
+        );
+    }
 }
 
 #[cfg(test)]
@@ -310,7 +270,15 @@ mod tests {
         let mut plane = Plane::new(4, 1, 1);
         plane.texel_mut(1, 0)[0] = 3.0;
         let parts = [Part::Hole, Part::Source, Part::Hole, Part::Hole];
-        let level = pull_image::<2>(&plane, 0, &parts, [Wrap::Clamp; 2]);
+        let texels = Texels {
+            samples: plane.data_mut(),
+            stride: 1,
+            size: [4, 1],
+            wrap: [Wrap::Clamp; 2],
+            read: |texel: &[f32], values: &mut [f32]| values.copy_from_slice(texel),
+            write: |_: &mut [f32], _: &mut [f32]| {},
+        };
+        let level = texels.pull::<2>(&parts);
         assert_eq!([level.width, level.height], [2, 1]);
         let expected = [[3.0, 1.0], [2.0, 4.0 / 6.0]];
         for (cell, expected) in level.cells.iter().zip(expected) {

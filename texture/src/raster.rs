@@ -101,7 +101,7 @@ pub struct UvTriangle {
     corners: [DVec2; 3],
     /// Edge `i` lies opposite corner `i`.
     edges: [Edge; 3],
-    /// 0, or 1 for the triangle grown by what bilinear filtering reads.
+    /// 0, or how far the triangle is grown by what filtering reads.
     reach: f64,
 }
 
@@ -124,14 +124,15 @@ impl UvTriangle {
         Some(Self { corners, edges, reach: 0.0 })
     }
 
-    /// The triangle grown to all the texels that a bilinear tap at a position inside it can give
-    /// weight to: those whose centres lie less than one texel away along both axes (the Minkowski
-    /// sum with an open square of side 2). Its texels have no barycentrics within 0…1.
-    pub(crate) fn grown_by_filter(mut self) -> Self {
+    /// The triangle grown to all the texels that a filter at a position inside it can give weight
+    /// to: those whose centres lie less than `reach` texels away along both axes (the Minkowski sum
+    /// with an open square of side 2 · `reach`); 1 for a bilinear tap. Its texels have no
+    /// barycentrics within 0…1.
+    pub(crate) fn grown_by_filter(mut self, reach: f64) -> Self {
         for edge in &mut self.edges {
-            edge.slack = edge.along.x.abs() + edge.along.y.abs();
+            edge.slack = reach * (edge.along.x.abs() + edge.along.y.abs());
         }
-        self.reach = 1.0;
+        self.reach = reach;
         self
     }
 
@@ -317,7 +318,7 @@ mod tests {
         // Taps at (1…2, 1…2) blend columns and rows 0 to 2, with weight 0 for 0 and 2 at the ends.
         let inner = triangle([[1.0, 1.0], [2.0, 1.0], [1.0, 2.0]]).unwrap();
         let window = Window { x: -8..8, y: -8..8 };
-        let texels = covered(&inner.grown_by_filter(), &window);
+        let texels = covered(&inner.grown_by_filter(1.0), &window);
         assert_eq!(texels, [(0, 0), (1, 0), (2, 0), (0, 1), (1, 1), (2, 1), (0, 2), (1, 2)]);
         // (2, 2) has its centre exactly one texel from the hypotenuse: no tap gives it weight.
     }

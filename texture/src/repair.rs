@@ -12,9 +12,9 @@
 use image::{DynamicImage, ImageBuffer, Pixel};
 use rayon::prelude::*;
 
-use crate::pyramid::{Part, fill_holes};
-use crate::samples::{Coding, Sample};
-use crate::{Error, Plane, Result, Validity, Wrap};
+use crate::pyramid::{Part, Texels};
+use crate::samples::{Coding, Group, Sample, with_buffer};
+use crate::{Result, Validity, Wrap};
 
 /// What the samples of an image mean.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -43,7 +43,7 @@ pub struct Outcome {
 /// An image of fewer than three color channels is no normal map, and is treated as [`Role::Data`].
 ///
 /// # Errors
-/// [`Error::Invalid`] if `validity` has another size than `image`, or the image is of a kind not
+/// [`Error::Invalid`](crate::Error::Invalid) if `validity` has another size than `image`, or the image is of a kind not
 /// named above.
 pub fn repair(
     image: &mut DynamicImage,
@@ -51,30 +51,15 @@ pub fn repair(
     validity: &Validity,
     wrap: [Wrap; 2],
 ) -> Result<Outcome> {
-    let (width, height) = (image.width() as usize, image.height() as usize);
-    if (width, height) != (validity.width(), validity.height()) {
-        let [w, h] = [validity.width(), validity.height()];
-        let what = format!("the image has {width}×{height} texels, its validity mask {w}×{h}");
-        return Err(Error::Invalid { what });
-    }
+    validity.expect_size_of(image)?;
     let job = Job { role, validity, wrap };
-    Ok(match image {
-        DynamicImage::ImageLuma8(image) => job.run(image),
-        DynamicImage::ImageLumaA8(image) => job.run(image),
-        DynamicImage::ImageRgb8(image) => job.run(image),
-        DynamicImage::ImageRgba8(image) => job.run(image),
-        DynamicImage::ImageLuma16(image) => job.run(image),
-        DynamicImage::ImageLumaA16(image) => job.run(image),
-        DynamicImage::ImageRgb16(image) => job.run(image),
-        DynamicImage::ImageRgba16(image) => job.run(image),
-        DynamicImage::ImageRgb32F(image) => job.run(image),
-        DynamicImage::ImageRgba32F(image) => job.run(image),
-        other => {
-            let what = format!("images of kind {:?} are not known", other.color());
-            return Err(Error::Invalid { what });
-        }
-    })
+    with_buffer!(image, buffer => job.run(buffer))
 }
+
+/// The channels of an image of at least this many texels are filled one after another: the pyramid
+/// of one takes half the memory of three at once. At 8192² of RGBA with 8 bits a repair peaks at
+/// 2.4 bytes per byte of the image.
+const LARGE: usize = 1 << 24;
 
 /// A repair, whatever the kind of image.
 #[derive(Clone, Copy)]
@@ -84,55 +69,34 @@ struct Job<'a> {
     wrap: [Wrap; 2],
 }
 
-/// Channels that are filled together, from `first` on, of `stride` samples per texel.
-#[derive(Clone, Copy)]
-struct Group {
-    first: usize,
-    count: usize,
-    stride: usize,
-    coding: Coding,
-}
-
 impl Job<'_> {
     fn run<P>(self, image: &mut ImageBuffer<P, Vec<P::Subpixel>>) -> Outcome
     where
         P: Pixel,
         P::Subpixel: Sample,
     {
-        let stride = P::CHANNEL_COUNT as usize;
-        let has_alpha = stride.is_multiple_of(2);
-        let count = stride - usize::from(has_alpha);
-        let coding = match self.role {
-            Role::Color => Coding::Light,
-            Role::Normal if count == 3 => Coding::Vector,
-            Role::Normal | Role::Data => Coding::Linear,
-        };
-        let color = Group { first: 0, count, stride, coding };
-        let alpha = Group { first: count, count: 1, stride, coding: Coding::Linear };
-        let groups = if has_alpha { vec![color, alpha] } else { vec![color] };
-
-        let unseen = has_alpha && self.role == Role::Color;
-        let mut invalid = vec![false; self.validity.flags().len()];
-        let mut remaining = invalid.clone();
-        for group in groups {
-            let unseen = unseen.then_some(count).filter(|_| group.first == 0);
+        let (color, alpha) = Group::of(self.role, P::CHANNEL_COUNT as usize);
+        let unseen = alpha.filter(|_| self.role == Role::Color).map(|alpha| alpha.first);
+        // One bit for texels that are invalid, one for those that remain so.
+        let mut state = vec![0u8; self.validity.flags().len()];
+        for group in [Some(color), alpha].into_iter().flatten() {
+            let unseen = unseen.filter(|_| group.first == 0);
             let parts = self.parts(image, group, unseen);
             let filled = self.fill(image, group, &parts);
             for (texel, _) in parts.iter().enumerate().filter(|(_, part)| **part == Part::Hole) {
-                invalid[texel] = true;
-                remaining[texel] |= !filled;
+                state[texel] |= if filled { 1 } else { 2 };
             }
         }
-        let count = |flags: &[bool]| flags.iter().filter(|&&flag| flag).count();
-        let remaining = count(&remaining);
-        Outcome { filled: count(&invalid) - remaining, remaining }
+        let filled = state.iter().filter(|&&state| state == 1).count();
+        let remaining = state.iter().filter(|&&state| state > 1).count();
+        Outcome { filled, remaining }
     }
 
     /// What each texel does. A valid texel whose alpha, in channel `unseen`, is 0 lends nothing.
     fn parts<S: Sample>(self, samples: &[S], group: Group, unseen: Option<usize>) -> Vec<Part> {
         let texels = samples.par_chunks_exact(group.stride);
         let part = |(texel, &valid): (&[S], &bool)| {
-            let mut color = texel[group.first..group.first + group.count].iter();
+            let mut color = group.of_texel(texel).iter();
             if !valid || !color.all(|sample| sample.is_number()) {
                 Part::Hole
             } else if unseen.is_some_and(|alpha| texel[alpha].is_zero()) {
@@ -146,44 +110,41 @@ impl Job<'_> {
 
     /// Fills one group's holes; false if it has no sources.
     fn fill<S: Sample>(self, samples: &mut [S], group: Group, parts: &[Part]) -> bool {
-        if !parts.contains(&Part::Hole) {
-            return true;
-        }
         let Group { first, count, stride, coding } = group;
-        let mut plane = Plane::new(self.validity.width(), self.validity.height(), count);
-        let texels = plane.data_mut().par_chunks_exact_mut(count);
-        texels.zip(samples.par_chunks_exact(stride)).zip(parts).for_each(
-            |((texel, samples), part)| {
-                if *part == Part::Source {
-                    for (value, sample) in texel.iter_mut().zip(&samples[first..]) {
+        // A vector is written as a whole.
+        let apart = coding != Coding::Vector && parts.len() >= LARGE;
+        let at_once = if apart { 1 } else { count };
+        let fill = |first: usize| {
+            let own = first..first + at_once;
+            let mut texels = Texels {
+                samples: &mut *samples,
+                stride,
+                size: [self.validity.width(), self.validity.height()],
+                wrap: self.wrap,
+                read: |texel: &[S], values: &mut [f32]| {
+                    for (value, sample) in values.iter_mut().zip(&texel[own.clone()]) {
                         *value = sample.decode(coding);
                     }
-                }
-            },
-        );
-        if !fill_holes(&mut plane, parts, self.wrap) {
-            return false;
-        }
-        let texels = plane.data_mut().par_chunks_exact_mut(count);
-        texels.zip(samples.par_chunks_exact_mut(stride)).zip(parts).for_each(
-            |((texel, samples), part)| {
-                if *part == Part::Hole {
+                },
+                write: |texel: &mut [S], values: &mut [f32]| {
                     if coding == Coding::Vector {
-                        renormalize(texel);
+                        renormalize(values);
                     }
-                    for (value, sample) in texel.iter().zip(&mut samples[first..]) {
+                    for (value, sample) in values.iter().zip(&mut texel[own.clone()]) {
                         *sample = S::encode(*value, coding);
                     }
-                }
-            },
-        );
-        true
+                },
+            };
+            texels.fill(at_once, parts)
+        };
+        let holes = parts.contains(&Part::Hole);
+        !holes || (first..first + count).step_by(at_once).all(fill)
     }
 }
 
 /// Scales a vector to length 1; the mean of opposite normals, which has no direction, becomes the
 /// flat normal.
-fn renormalize(vector: &mut [f32]) {
+pub(crate) fn renormalize(vector: &mut [f32]) {
     let length = vector.iter().map(|v| v * v).sum::<f32>().sqrt();
     if length > 1e-6 {
         vector.iter_mut().for_each(|v| *v /= length);

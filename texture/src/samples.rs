@@ -2,7 +2,32 @@
 
 use std::sync::LazyLock;
 
+use crate::Role;
 use crate::color::{linear_to_srgb, srgb_to_linear, srgb8_to_linear};
+
+/// Runs `$body` with `$buffer`, the texels of an image of a kind that is known; an error for any
+/// other kind.
+macro_rules! with_buffer {
+    ($image:expr, $buffer:ident => $body:expr) => {{
+        use image::DynamicImage as Kind;
+        match $image {
+            Kind::ImageLuma8($buffer) => Ok($body),
+            Kind::ImageLumaA8($buffer) => Ok($body),
+            Kind::ImageRgb8($buffer) => Ok($body),
+            Kind::ImageRgba8($buffer) => Ok($body),
+            Kind::ImageLuma16($buffer) => Ok($body),
+            Kind::ImageLumaA16($buffer) => Ok($body),
+            Kind::ImageRgb16($buffer) => Ok($body),
+            Kind::ImageRgba16($buffer) => Ok($body),
+            Kind::ImageRgb32F($buffer) => Ok($body),
+            Kind::ImageRgba32F($buffer) => Ok($body),
+            other => Err($crate::Error::Invalid {
+                what: format!("images of kind {:?} are not known", other.color()),
+            }),
+        }
+    }};
+}
+pub(crate) use with_buffer;
 
 /// What a sample encodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,6 +38,37 @@ pub(crate) enum Coding {
     Linear,
     /// A component of a vector, −1…1, stored as (v + 1) / 2.
     Vector,
+}
+
+/// Channels that are treated alike, `count` of them from `first` on, of `stride` samples per texel.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Group {
+    pub(crate) first: usize,
+    pub(crate) count: usize,
+    pub(crate) stride: usize,
+    pub(crate) coding: Coding,
+}
+
+impl Group {
+    /// The color channels of a texel of `stride` samples, and its alpha if it has one.
+    ///
+    /// Fewer than three color channels are no normal, and are taken for data.
+    pub(crate) fn of(role: Role, stride: usize) -> (Self, Option<Self>) {
+        let has_alpha = stride.is_multiple_of(2);
+        let count = stride - usize::from(has_alpha);
+        let coding = match role {
+            Role::Color => Coding::Light,
+            Role::Normal if count == 3 => Coding::Vector,
+            Role::Normal | Role::Data => Coding::Linear,
+        };
+        let alpha = Self { first: count, count: 1, stride, coding: Coding::Linear };
+        (Self { first: 0, count, stride, coding }, has_alpha.then_some(alpha))
+    }
+
+    /// The group's samples of a texel.
+    pub(crate) fn of_texel<S>(self, texel: &[S]) -> &[S] {
+        &texel[self.first..self.first + self.count]
+    }
 }
 
 /// A channel of a texel as a file stores it.

@@ -9,10 +9,11 @@
 //! levels of a fill.
 
 use glam::Vec2;
+use image::DynamicImage;
 
 use crate::coverage::Coverage;
 use crate::raster::{UvTriangle, to_texels};
-use crate::{Plane, Wrap};
+use crate::{Error, Plane, Result, Wrap};
 
 /// For each texel of an image, whether its value may be trusted.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -53,20 +54,19 @@ impl Validity {
         if width == 0 || height == 0 {
             return Self { width, height, mask: Vec::new() };
         }
-        let known = |triangle: &&[u32; 3]| triangle.iter().all(|&uv| (uv as usize) < uvs.len());
         let corners =
             |triangle: &[u32; 3]| triangle.map(|uv| to_texels(uvs[uv as usize], [width, height]));
         let mut charts = Charts::new(uvs.len());
-        triangles.iter().filter(known).for_each(|triangle| charts.join(triangle));
+        triangles.iter().filter(known(uvs)).for_each(|triangle| charts.join(triangle));
         let mut covered = vec![false; uvs.len()];
         let mut coverage = Coverage::new(width, height, wrap);
-        for triangle in triangles.iter().filter(known) {
+        for triangle in triangles.iter().filter(known(uvs)) {
             if UvTriangle::new(corners(triangle)).is_some_and(|uv| coverage.add(&uv)) {
                 covered[charts.of(triangle[0])] = true;
             }
         }
         let mut mask = coverage.finish();
-        for triangle in triangles.iter().filter(known) {
+        for triangle in triangles.iter().filter(known(uvs)) {
             if covered[charts.of(triangle[0])] {
                 continue;
             }
@@ -109,6 +109,17 @@ impl Validity {
         }
     }
 
+    /// Makes sure that it is of the size of an image.
+    pub(crate) fn expect_size_of(&self, image: &DynamicImage) -> Result<()> {
+        let (width, height) = (image.width() as usize, image.height() as usize);
+        if (width, height) == (self.width, self.height) {
+            return Ok(());
+        }
+        let [w, h] = [self.width, self.height];
+        let what = format!("the image has {width}×{height} texels, its validity mask {w}×{h}");
+        Err(Error::Invalid { what })
+    }
+
     /// Width in texels.
     #[inline]
     pub fn width(&self) -> usize {
@@ -144,18 +155,25 @@ impl Validity {
     }
 }
 
+/// Whether all corners of a triangle are there.
+pub(crate) fn known(uvs: &[Vec2]) -> impl Fn(&&[u32; 3]) -> bool {
+    let count = uvs.len();
+    move |triangle| triangle.iter().all(|&uv| (uv as usize) < count)
+}
+
 /// Charts as disjoint sets of UV indices.
-struct Charts {
+pub(crate) struct Charts {
     parent: Vec<u32>,
 }
 
 impl Charts {
-    fn new(uvs: usize) -> Self {
+    /// Each UV on its own.
+    pub(crate) fn new(uvs: usize) -> Self {
         Self { parent: (0..uvs as u32).collect() }
     }
 
     /// The index that names the chart of a UV.
-    fn of(&mut self, uv: u32) -> usize {
+    pub(crate) fn of(&mut self, uv: u32) -> usize {
         let mut at = uv as usize;
         while self.parent[at] as usize != at {
             self.parent[at] = self.parent[self.parent[at] as usize];
@@ -164,7 +182,8 @@ impl Charts {
         at
     }
 
-    fn join(&mut self, triangle: &[u32; 3]) {
+    /// Unites the charts of three UVs.
+    pub(crate) fn join(&mut self, triangle: &[u32; 3]) {
         let [a, b, c] = triangle.map(|uv| self.of(uv) as u32);
         let root = a.min(b).min(c);
         for chart in [a, b, c] {
