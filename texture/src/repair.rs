@@ -58,7 +58,7 @@ pub fn repair(
 
 /// The channels of an image of at least this many texels are filled one after another: the pyramid
 /// of one takes half the memory of three at once. At 8192² of RGBA with 8 bits a repair peaks at
-/// 2.4 bytes per byte of the image.
+/// 2.5 bytes per byte of the image.
 const LARGE: usize = 1 << 24;
 
 /// A repair, whatever the kind of image.
