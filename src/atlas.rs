@@ -3,6 +3,7 @@
 use glam::{Affine2, Vec2};
 use image::DynamicImage;
 use rayon::prelude::*;
+use seamwise_texture::equalize::{self, Equalized, Seam, equalize};
 use seamwise_texture::{MipReads, Outcome, Role, Validity, Wrap, count_reads, repair};
 use serde_json::Value;
 
@@ -11,6 +12,7 @@ use crate::error::{Error, Result};
 use crate::images::{Encoding, decode, encode_anew};
 use crate::limit::MemoryLimit;
 use crate::primitive::Primitive;
+use crate::seams::seams_of_images;
 use crate::textures::{TextureSlot, slots};
 
 /// An image as an atlas: what its texels mean and which charts lie in it.
@@ -47,8 +49,7 @@ pub fn atlases(asset: &Asset) -> Result<Vec<Atlas>> {
 
 /// One per image; `None` if nothing wears it.
 fn atlas_of_each(asset: &Asset) -> Result<Vec<Option<Atlas>>> {
-    let materials: Vec<Vec<TextureSlot>> =
-        (0..asset.count("materials")).map(|m| slots(asset, m)).collect::<Result<_>>()?;
+    let materials = material_slots(asset)?;
     let mut atlases: Vec<Option<Atlas>> = vec![None; asset.count("images")];
     for mesh in 0..asset.count("meshes") {
         for primitive in Primitive::of_mesh(asset, mesh)? {
@@ -58,16 +59,29 @@ fn atlas_of_each(asset: &Asset) -> Result<Vec<Option<Atlas>>> {
     Ok(atlases)
 }
 
+/// The textures of each material.
+pub(crate) fn material_slots(asset: &Asset) -> Result<Vec<Vec<TextureSlot>>> {
+    (0..asset.count("materials")).map(|material| slots(asset, material)).collect()
+}
+
+/// Every texture of every material that a primitive may wear.
+pub(crate) fn worn<'a>(
+    asset: &Asset,
+    primitive: &Primitive,
+    materials: &'a [Vec<TextureSlot>],
+) -> Result<Vec<&'a TextureSlot>> {
+    let worn = primitive.material.into_iter().chain(variants(asset, primitive)?);
+    Ok(worn.flat_map(|material| &materials[material]).collect())
+}
+
 fn add_primitive(
     asset: &Asset,
     primitive: &Primitive,
     materials: &[Vec<TextureSlot>],
     atlases: &mut [Option<Atlas>],
 ) -> Result<()> {
-    let worn = primitive.material.into_iter().chain(variants(asset, primitive)?);
-    let slots: Vec<&TextureSlot> = worn.flat_map(|material| &materials[material]).collect();
     let mut seen: Vec<(usize, usize, Affine2)> = Vec::new();
-    for slot in slots {
+    for slot in worn(asset, primitive, materials)? {
         let atlas = atlases[slot.image].get_or_insert_with(|| Atlas {
             image: slot.image,
             role: slot.role,
@@ -162,6 +176,8 @@ pub struct Repaired {
     pub validity: Validity,
     /// What was done to the others.
     pub outcome: Outcome,
+    /// What was done to the texels along seams, if that was asked for.
+    pub equalized: Option<Equalized>,
     atlas: Atlas,
 }
 
@@ -195,10 +211,35 @@ pub enum LeftAlone {
 /// # Errors
 /// [`Error::Invalid`] if an image is damaged or takes more memory than `limit`.
 pub fn repair_all(asset: &Asset, limit: MemoryLimit) -> Result<Vec<ImageRepair>> {
+    repair_each(asset, limit, |_| None)
+}
+
+/// The same, and then both sides of every seam are made to read the same, in images that charts
+/// cover in whole too.
+///
+/// # Errors
+/// As [`repair_all`].
+pub fn repair_and_equalize(
+    asset: &Asset,
+    limit: MemoryLimit,
+    options: equalize::Options,
+) -> Result<Vec<ImageRepair>> {
+    let seams = seams_of_images(asset)?;
+    repair_each(asset, limit, |image| Some((&seams[image], options)))
+}
+
+/// The seams of an image to make equal.
+type Seams<'a> = (&'a [Seam], equalize::Options);
+
+fn repair_each<'a>(
+    asset: &Asset,
+    limit: MemoryLimit,
+    seams: impl Fn(usize) -> Option<Seams<'a>> + Sync,
+) -> Result<Vec<ImageRepair>> {
     let repair = |(image, atlas): (usize, Option<Atlas>)| {
         let role = atlas.as_ref().map(|atlas| atlas.role);
         let result = match atlas {
-            Some(atlas) => repair_one(asset, atlas, limit)?,
+            Some(atlas) => repair_one(asset, atlas, limit, seams(image))?,
             None => Err(LeftAlone::NotWorn),
         };
         Ok(ImageRepair { image, role, result })
@@ -210,6 +251,7 @@ fn repair_one(
     asset: &Asset,
     atlas: Atlas,
     limit: MemoryLimit,
+    seams: Option<Seams<'_>>,
 ) -> Result<std::result::Result<Repaired, LeftAlone>> {
     if atlas.beyond_charts {
         return Ok(Err(LeftAlone::BeyondCharts));
@@ -220,12 +262,21 @@ fn repair_one(
     if validity.valid() == 0 {
         return Ok(Err(LeftAlone::NoChart));
     }
-    if validity.invalid() == 0 {
+    let covered = validity.invalid() == 0;
+    if covered && seams.is_none_or(|(seams, _)| seams.is_empty()) {
         return Ok(Err(LeftAlone::Covered));
     }
-    let outcome = repair(&mut texels, atlas.role, &validity, atlas.wrap)
-        .map_err(|error| Error::invalid(&at, error.to_string()))?;
-    Ok(Ok(Repaired { texels, validity, outcome, atlas }))
+    let Atlas { role, wrap, .. } = atlas;
+    let invalid = |error: seamwise_texture::Error| Error::invalid(&at, error.to_string());
+    let outcome = repair(&mut texels, role, &validity, wrap).map_err(invalid)?;
+    let equalize = |(seams, options): Seams<'_>| {
+        equalize(&mut texels, role, &validity, wrap, seams, options).map_err(invalid)
+    };
+    let equalized = seams.map(equalize).transpose()?;
+    if covered && equalized.is_none_or(|equalized| equalized.texels == 0) {
+        return Ok(Err(LeftAlone::Covered));
+    }
+    Ok(Ok(Repaired { texels, validity, outcome, equalized, atlas }))
 }
 
 /// The asset's images with the repaired ones in their places, each in the format it came in unless

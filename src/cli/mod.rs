@@ -15,7 +15,7 @@ use seamwise::limit::MemoryLimit;
 use seamwise::options::{BakeOptions, ReportOptions, Targets, Textures};
 use seamwise::repair::{Background, MeshOptions, RepairOptions};
 use seamwise_attr::Polish;
-use seamwise_texture::Role;
+use seamwise_texture::{Role, equalize};
 use steering::SteeringArgs;
 
 /// Levels of detail for textured glTF that still look like the original, and atlases that do not
@@ -174,6 +174,7 @@ impl BakeArgs {
     seamwise repair scan.glb -o repaired.glb\n  \
     seamwise repair atlas.png -o repaired.png --background '#ff00ff'\n  \
     seamwise repair scan.glb -o repaired.glb --png --memory-limit 8GB\n  \
+    seamwise repair scan.glb -o repaired.glb --equalize-seams\n  \
     seamwise repair light.exr -o repaired.exr --mesh room.glb --uv-set 1 --mesh-name walls\n\n\
     An asset knows which of its texels are used. For a picture, --mesh, --mask and --background\n\
     tell; a texel must pass all that are given. Valid texels stay as they are, except in JPEGs,\n\
@@ -207,6 +208,10 @@ pub(crate) struct RepairArgs {
     /// What the texels mean; color if not given, and numbers as they are in an EXR.
     #[arg(long, value_enum)]
     role: Option<RoleName>,
+    /// After the fill, move texels next to seams so that both sides of each read the same. Seams are
+    /// edges of a mesh: a picture needs --mesh.
+    #[arg(long)]
+    equalize_seams: bool,
     /// Quality of JPEGs that are written.
     #[arg(long, default_value_t = Encoding::default().quality, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=100))]
     quality: u8,
@@ -245,6 +250,7 @@ impl RepairArgs {
                 RoleName::Normal => Role::Normal,
                 RoleName::Data => Role::Data,
             }),
+            equalize: self.equalize_seams.then(equalize::Options::default),
             encoding: Encoding { quality: self.quality, png: self.png },
             ..RepairOptions::default()
         }

@@ -22,11 +22,12 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use image::ImageFormat;
+use seamwise_texture::equalize;
 use seamwise_texture::{Role, Wrap};
 use serde_json::Value;
 
 use crate::asset::{self, Asset, EncodedImage};
-use crate::atlas::{ImageRepair, encode_repaired, repair_all};
+use crate::atlas::{ImageRepair, encode_repaired, repair_all, repair_and_equalize};
 use crate::error::{Error, Result};
 use crate::images::{Encoding, detect_format};
 use crate::limit::MemoryLimit;
@@ -51,6 +52,8 @@ pub struct RepairOptions {
     /// What the texels mean; [`Role::Color`] if not given. An EXR's channels are filled as they are
     /// stored, whatever they mean.
     pub role: Option<Role>,
+    /// Whether and how both sides of seams are made to read the same, after the fill.
+    pub equalize: Option<equalize::Options>,
     /// Most memory that decoding one image may take.
     pub memory_limit: MemoryLimit,
     /// How images are encoded.
@@ -197,7 +200,8 @@ impl Job<'_> {
 
     fn asset(&self, bytes: &[u8]) -> Result<(Vec<u8>, RepairReport)> {
         self.expect_extension("glb")?;
-        let RepairOptions { mesh, mask, background, role, memory_limit, encoding } = self.options;
+        let RepairOptions { mesh, mask, background, role, equalize, memory_limit, encoding } =
+            self.options;
         let own = mesh.is_none() && mask.is_none() && role.is_none();
         if !own || *background != Background::Auto {
             let what = "mesh, mask, background and role are for pictures: an asset has its own";
@@ -205,7 +209,10 @@ impl Job<'_> {
         }
         let run = || {
             let asset = read_bytes(bytes, folder_of(self.input))?;
-            let repairs = repair_all(&asset, *memory_limit)?;
+            let repairs = match equalize {
+                Some(options) => repair_and_equalize(&asset, *memory_limit, *options)?,
+                None => repair_all(&asset, *memory_limit)?,
+            };
             let images = encode_repaired(&asset, &repairs, *encoding)?;
             let report =
                 repairs.iter().map(|repair| asset_image(&asset, repair, *encoding)).collect();
@@ -230,6 +237,7 @@ fn asset_image(asset: &Asset, repair: &ImageRepair, encoding: Encoding) -> Image
     match &repair.result {
         Ok(repaired) => {
             report.add_outcome(&repaired.validity, repaired.outcome, repaired.reads());
+            report.equalized = repaired.equalized;
             report.notes = encoding_notes(&asset.images[repair.image], encoding);
         }
         Err(reason) => report.left_alone = Some(reason.to_string()),

@@ -1,5 +1,6 @@
 //! What a repair did, as a table.
 
+use seamwise_texture::equalize::{Equalized, STEP_LEVELS};
 use seamwise_texture::{MipReads, Outcome, Role, Validity};
 
 use crate::report::align;
@@ -29,6 +30,8 @@ pub struct ImageReport {
     /// What filtering inside the charts read before the repair, at each mip level; empty where no
     /// charts are known.
     pub reads: Vec<MipReads>,
+    /// What was done to the texels along seams, if that was asked for.
+    pub equalized: Option<Equalized>,
     /// Why it was left alone, if it was.
     pub left_alone: Option<String>,
     /// What changed beside texels that were filled.
@@ -70,6 +73,23 @@ impl ImageReport {
         format!("{}{alike}: {before} → {after}\n", self.name)
     }
 
+    /// What an equalisation did.
+    fn seams_line(&self, equalized: &Equalized) -> String {
+        let steps =
+            |steps: [f64; STEP_LEVELS]| steps.map(|step| format!("{:.2}", 1e3 * step)).join(" ");
+        let Equalized { seams, before, after, texels, covered_texels, max_change } = *equalized;
+        let name = &self.name;
+        if seams == 0 {
+            return format!("{name}: no seams\n");
+        }
+        format!(
+            "{name}: {} → {}; {texels} texels changed, {covered_texels} of them in charts, by {:.1} at most\n",
+            steps(before),
+            steps(after),
+            1e3 * max_change,
+        )
+    }
+
     fn reads_alike(&self, other: &Self) -> bool {
         self.reads == other.reads && (self.remaining == 0) == (other.remaining == 0)
     }
@@ -87,6 +107,13 @@ impl RepairReport {
             text +=
                 "\ntexels that filtering reads, mip by mip: invalid/all before → invalid after\n";
             text += &reads;
+        }
+        let seams =
+            self.images.iter().filter_map(|image| Some(image.seams_line(&image.equalized?)));
+        let seams: String = seams.collect();
+        if !seams.is_empty() {
+            text += "\nRMS step across seams, in thousandths of the range, mip by mip: before → after\n";
+            text += &seams;
         }
         for image in &self.images {
             let name = &image.name;

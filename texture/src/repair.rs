@@ -13,7 +13,7 @@ use image::{DynamicImage, ImageBuffer, Pixel};
 use rayon::prelude::*;
 
 use crate::pyramid::{Part, fill_holes};
-use crate::samples::{Coding, Sample};
+use crate::samples::{Coding, Sample, Visitor, visit};
 use crate::{Error, Plane, Result, Validity, Wrap};
 
 /// What the samples of an image mean.
@@ -51,29 +51,29 @@ pub fn repair(
     validity: &Validity,
     wrap: [Wrap; 2],
 ) -> Result<Outcome> {
-    let (width, height) = (image.width() as usize, image.height() as usize);
-    if (width, height) != (validity.width(), validity.height()) {
-        let [w, h] = [validity.width(), validity.height()];
-        let what = format!("the image has {width}×{height} texels, its validity mask {w}×{h}");
-        return Err(Error::Invalid { what });
+    check_size([image.width() as usize, image.height() as usize], validity)?;
+    visit(image, Job { role, validity, wrap })
+}
+
+/// Checks that an image of this size fits its mask.
+pub(crate) fn check_size([width, height]: [usize; 2], validity: &Validity) -> Result<()> {
+    let [w, h] = [validity.width(), validity.height()];
+    if [width, height] == [w, h] {
+        return Ok(());
     }
-    let job = Job { role, validity, wrap };
-    Ok(match image {
-        DynamicImage::ImageLuma8(image) => job.run(image),
-        DynamicImage::ImageLumaA8(image) => job.run(image),
-        DynamicImage::ImageRgb8(image) => job.run(image),
-        DynamicImage::ImageRgba8(image) => job.run(image),
-        DynamicImage::ImageLuma16(image) => job.run(image),
-        DynamicImage::ImageLumaA16(image) => job.run(image),
-        DynamicImage::ImageRgb16(image) => job.run(image),
-        DynamicImage::ImageRgba16(image) => job.run(image),
-        DynamicImage::ImageRgb32F(image) => job.run(image),
-        DynamicImage::ImageRgba32F(image) => job.run(image),
-        other => {
-            let what = format!("images of kind {:?} are not known", other.color());
-            return Err(Error::Invalid { what });
+    let what = format!("the image has {width}×{height} texels, its validity mask {w}×{h}");
+    Err(Error::Invalid { what })
+}
+
+impl Role {
+    /// How the color channels of an image of so many are stored.
+    pub(crate) fn coding(self, channels: usize) -> Coding {
+        match self {
+            Self::Color => Coding::Light,
+            Self::Normal if channels == 3 => Coding::Vector,
+            Self::Normal | Self::Data => Coding::Linear,
         }
-    })
+    }
 }
 
 /// A repair, whatever the kind of image.
@@ -93,8 +93,10 @@ struct Group {
     coding: Coding,
 }
 
-impl Job<'_> {
-    fn run<P>(self, image: &mut ImageBuffer<P, Vec<P::Subpixel>>) -> Outcome
+impl Visitor for Job<'_> {
+    type Output = Outcome;
+
+    fn visit<P>(self, image: &mut ImageBuffer<P, Vec<P::Subpixel>>) -> Outcome
     where
         P: Pixel,
         P::Subpixel: Sample,
@@ -102,11 +104,7 @@ impl Job<'_> {
         let stride = P::CHANNEL_COUNT as usize;
         let has_alpha = stride.is_multiple_of(2);
         let count = stride - usize::from(has_alpha);
-        let coding = match self.role {
-            Role::Color => Coding::Light,
-            Role::Normal if count == 3 => Coding::Vector,
-            Role::Normal | Role::Data => Coding::Linear,
-        };
+        let coding = self.role.coding(count);
         let color = Group { first: 0, count, stride, coding };
         let alpha = Group { first: count, count: 1, stride, coding: Coding::Linear };
         let groups = if has_alpha { vec![color, alpha] } else { vec![color] };
@@ -127,7 +125,9 @@ impl Job<'_> {
         let remaining = count(&remaining);
         Outcome { filled: count(&invalid) - remaining, remaining }
     }
+}
 
+impl Job<'_> {
     /// What each texel does. A valid texel whose alpha, in channel `unseen`, is 0 lends nothing.
     fn parts<S: Sample>(self, samples: &[S], group: Group, unseen: Option<usize>) -> Vec<Part> {
         let texels = samples.par_chunks_exact(group.stride);

@@ -2,7 +2,10 @@
 
 use std::sync::LazyLock;
 
+use image::{DynamicImage, ImageBuffer, Pixel};
+
 use crate::color::{linear_to_srgb, srgb_to_linear, srgb8_to_linear};
+use crate::{Error, Result};
 
 /// What a sample encodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,6 +28,41 @@ pub(crate) trait Sample: Copy + Send + Sync {
     fn is_number(self) -> bool;
     /// Whether it is zero, which for alpha means unseen.
     fn is_zero(self) -> bool;
+}
+
+/// What is done to an image whatever its kind of texels.
+pub(crate) trait Visitor {
+    /// What comes of it.
+    type Output;
+
+    /// Does it.
+    fn visit<P>(self, image: &mut ImageBuffer<P, Vec<P::Subpixel>>) -> Self::Output
+    where
+        P: Pixel,
+        P::Subpixel: Sample;
+}
+
+/// Lets a visitor see the texels of an image as they are.
+///
+/// # Errors
+/// [`Error::Invalid`] if the image is of a kind that is not known.
+pub(crate) fn visit<V: Visitor>(image: &mut DynamicImage, visitor: V) -> Result<V::Output> {
+    Ok(match image {
+        DynamicImage::ImageLuma8(image) => visitor.visit(image),
+        DynamicImage::ImageLumaA8(image) => visitor.visit(image),
+        DynamicImage::ImageRgb8(image) => visitor.visit(image),
+        DynamicImage::ImageRgba8(image) => visitor.visit(image),
+        DynamicImage::ImageLuma16(image) => visitor.visit(image),
+        DynamicImage::ImageLumaA16(image) => visitor.visit(image),
+        DynamicImage::ImageRgb16(image) => visitor.visit(image),
+        DynamicImage::ImageRgba16(image) => visitor.visit(image),
+        DynamicImage::ImageRgb32F(image) => visitor.visit(image),
+        DynamicImage::ImageRgba32F(image) => visitor.visit(image),
+        other => {
+            let what = format!("images of kind {:?} are not known", other.color());
+            return Err(Error::Invalid { what });
+        }
+    })
 }
 
 /// A number in 0…1 that an integer sample stores.
