@@ -113,7 +113,16 @@ fn the_options_of_the_design_are_there() {
         assert!(help.contains(option), "evaluate {option}");
     }
     let help = stage.run(&["repair", "--help"]).stdout;
-    for option in ["--mesh", "--mask", "--background", "--quality", "--png", "--memory-limit"] {
+    for option in [
+        "--mesh",
+        "--mask",
+        "--background",
+        "--equalize-seams",
+        "--json",
+        "--quality",
+        "--png",
+        "--memory-limit",
+    ] {
         assert!(help.contains(option), "repair {option}");
     }
 }

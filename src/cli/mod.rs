@@ -212,6 +212,9 @@ pub(crate) struct RepairArgs {
     /// edges of a mesh: a picture needs --mesh.
     #[arg(long)]
     equalize_seams: bool,
+    /// Write what was done as JSON.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
     /// Quality of JPEGs that are written.
     #[arg(long, default_value_t = Encoding::default().quality, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=100))]
     quality: u8,

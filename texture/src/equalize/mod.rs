@@ -22,6 +22,19 @@
 //! Colors are compared in linear light, normals as tangent vectors, anything else as stored; alpha
 //! stays. Guaranteed: texels that no seam reads keep their bits. Not guaranteed: that steps vanish;
 //! where two colors meet at a seam on purpose, the change is spread over the texels next to it.
+//!
+//! Lab note, RMS step in thousandths at mips 0 to 3 after a fill, frypan.glb (22.7 21.0 20.6 24.8
+//! before), and the greatest change of a covered texel, as 8-bit PNG:
+//!
+//! | λ covered, free | levels solved for | after | change |
+//! |---|---|---|---|
+//! | 0.01, 1e-4 | 0 | 1.2 10.1 15.9 23.2 | 0.09 |
+//! | 0.01, 1e-4 | 0–2 | 1.4 1.3 1.8 14.8 | 0.33 |
+//! | 0.1, 1e-3 | 0–2 | 1.8 2.2 2.6 15.6 | 0.12 |
+//! | 1, 1e-3 | 0–2 | 2.9 2.9 3.0 15.8 | 0.04 |
+//!
+//! Mip 0 alone leaves the levels below nearly as they were. A stiff chart costs little: the texels
+//! around it do most of it. `seamwise repair <asset> -o out.glb --equalize-seams` prints the steps.
 
 mod assemble;
 mod footprint;
@@ -60,7 +73,7 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { stiffness: 0.01, free_stiffness: 1e-4, max_change: f64::INFINITY, mips: 2 }
+        Self { stiffness: 1.0, free_stiffness: 1e-3, max_change: f64::INFINITY, mips: 2 }
     }
 }
 
@@ -233,3 +246,6 @@ fn steps<S: Sample>(
 fn of_length(vector: DVec3, other: DVec3) -> DVec3 {
     vector.try_normalize().map_or(other, |unit| unit * other.length())
 }
+
+#[cfg(test)]
+mod tests;

@@ -60,7 +60,8 @@ pub(super) fn place(seams: &[Seam], sampler: &Sampler, vectors: bool) -> Vec<Pla
         let sides = seam.sides.map(|side| side.map(|uv| to_texels(uv, sampler.size)));
         let length = sides.map(|[from, to]| from.distance(to)).into_iter().fold(0.0, f64::max);
         let turns = seam.turns.filter(|_| vectors).map(|turns| turns.map(|turn| turn.as_dmat3()));
-        let near = sides.iter().flatten().all(|at| at.abs().max_element() < longest * 1e6);
+        let near = |at: &DVec2| at.is_finite() && at.abs().max_element() < longest * 1e6;
+        let near = sides.iter().flatten().all(near);
         let sound = near && length > 0.0 && length <= MOST_REPEATS * longest;
         let turned = !vectors || turns.is_some_and(|turns| turns.iter().all(|m| m.is_finite()));
         (sound && turned).then_some(Placed { sides, turns, length })

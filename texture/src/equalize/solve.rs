@@ -13,8 +13,8 @@
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-/// Residual of the normal equations, relative to the first, at which the solution is good enough: a
-/// thousandth of what 16 bits can tell, for steps of the whole range.
+/// Residual of the normal equations, relative to the first, at which the solution is good enough:
+/// less than what 16 bits can tell.
 const TOLERANCE: f64 = 1e-6;
 /// Iterations that end a solution that does not get there.
 const MOST_ITERATIONS: usize = 500;
@@ -215,4 +215,97 @@ impl Problem {
 /// a / b, 0 where b is.
 fn ratio(a: DVec3, b: DVec3) -> DVec3 {
     DVec3::select(b.cmpgt(DVec3::ZERO), a / b, DVec3::ZERO)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{DMatrix, DVector};
+    use proptest::prelude::*;
+
+    /// Points over a few unknowns, of which each side reads two; turned ones mix channels.
+    fn problem(numbers: &[f64], turned: bool) -> Problem {
+        const UNKNOWNS: u32 = 9;
+        let mut problem = Problem::default();
+        for (point, pair) in (0u32..).zip(numbers.chunks_exact(4)) {
+            for side in 0..2 {
+                let first = (point * 5 + side * 4) % UNKNOWNS;
+                let weight = pair[side as usize].abs() as f32;
+                problem.sides.push([(first, weight), ((first + 2) % UNKNOWNS, 1.0 - weight)]);
+            }
+            if turned {
+                problem.turns.push(DMat3::from_rotation_z(7.0 * pair[2]));
+            }
+            problem.lengths.push(0.1 + pair[3].abs());
+            problem.steps.push(DVec3::new(pair[2], pair[3], pair[0] - pair[1]));
+        }
+        problem.stiffness = (1..=UNKNOWNS).map(|unknown| 0.05 * f64::from(unknown)).collect();
+        problem.bounds = vec![[DVec3::NEG_INFINITY, DVec3::INFINITY]; UNKNOWNS as usize];
+        problem
+    }
+
+    /// The same by a dense matrix over all channels of all unknowns.
+    fn solve_dense(problem: &Problem) -> Vec<DVec3> {
+        let (points, unknowns) = (problem.lengths.len(), problem.stiffness.len());
+        let mut rows = DMatrix::<f64>::zeros(3 * points, 3 * unknowns);
+        let mut steps = DVector::<f64>::zeros(3 * points);
+        for point in 0..points {
+            let root = problem.lengths[point].sqrt();
+            let turn = problem.turns.get(point).copied().unwrap_or(DMat3::IDENTITY);
+            for (side, matrix) in [(0, DMat3::IDENTITY), (1, -turn)] {
+                for &(unknown, weight) in problem.sides.row(2 * point + side) {
+                    for (i, j) in (0..9).map(|k| (k / 3, k % 3)) {
+                        rows[(3 * point + i, 3 * unknown as usize + j)] +=
+                            root * f64::from(weight) * matrix.col(j)[i];
+                    }
+                }
+            }
+            for channel in 0..3 {
+                steps[3 * point + channel] = root * problem.steps[point][channel];
+            }
+        }
+        let mut normal = rows.transpose() * &rows;
+        for at in 0..3 * unknowns {
+            normal[(at, at)] += problem.stiffness[at / 3];
+        }
+        let force = -(rows.transpose() * steps);
+        let change = normal.cholesky().unwrap().solve(&force);
+        change.as_slice().chunks_exact(3).map(DVec3::from_slice).collect()
+    }
+
+    proptest! {
+        #[test]
+        fn the_solution_is_that_of_a_dense_matrix(
+            numbers in prop::collection::vec(-1.0..1.0f64, 4..60),
+            turned in any::<bool>(),
+        ) {
+            let problem = problem(&numbers, turned);
+            for (found, expected) in problem.solve().iter().zip(solve_dense(&problem)) {
+                prop_assert!(found.distance(expected) < 1e-4, "{} {}", found, expected);
+            }
+        }
+
+        #[test]
+        fn no_change_goes_beyond_its_bounds_and_the_others_are_the_best(
+            numbers in prop::collection::vec(-1.0..1.0f64, 4..60),
+        ) {
+            let mut problem = problem(&numbers, false);
+            problem.bounds = vec![[DVec3::splat(-0.02), DVec3::splat(0.03)]; 9];
+            let change = problem.solve();
+            for change in &change {
+                prop_assert!(change.min_element() >= -0.02 && change.max_element() <= 0.03);
+            }
+            // What is between its bounds lies where the cost is least.
+            let by_unknown = problem.sides.transposed(9);
+            let force = problem.transposed_times(&by_unknown, &problem.steps);
+            let slope = problem.times(&by_unknown, &change);
+            for (at, change) in change.iter().enumerate() {
+                for channel in 0..3 {
+                    let free = change[channel] > -0.02 && change[channel] < 0.03;
+                    let slope = slope[at][channel] + force[at][channel];
+                    prop_assert!(!free || slope.abs() < 1e-3, "{}", slope);
+                }
+            }
+        }
+    }
 }
