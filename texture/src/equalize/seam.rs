@@ -63,7 +63,7 @@ pub(super) fn place(seams: &[Seam], sampler: &Sampler, vectors: bool) -> Vec<Pla
         let near = |at: &DVec2| at.is_finite() && at.abs().max_element() < longest * 1e6;
         let near = sides.iter().flatten().all(near);
         let sound = near && length > 0.0 && length <= MOST_REPEATS * longest;
-        let turned = !vectors || turns.is_some_and(|turns| turns.iter().all(|m| m.is_finite()));
+        let turned = !vectors || turns.is_some_and(|turns| turns.iter().all(DMat3::is_finite));
         (sound && turned).then_some(Placed { sides, turns, length })
     };
     let within = |placed: &Placed| {
