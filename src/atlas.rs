@@ -3,6 +3,7 @@
 use glam::{Affine2, Vec2};
 use image::DynamicImage;
 use rayon::prelude::*;
+use seamwise_texture::equalize::{self, Equalized, Seam, equalize};
 use seamwise_texture::{
     Footprint, MipReads, Outcome, Role, Validity, Wrap, charts_share_from, count_reads,
     keep_padding, repair, scale_down,
@@ -14,6 +15,7 @@ use crate::error::{Error, Result};
 use crate::images::{Encoding, decode, encode_anew};
 use crate::limit::MemoryLimit;
 use crate::primitive::Primitive;
+use crate::seams::seams_of_images;
 use crate::textures::{TextureSlot, slots};
 
 /// An image as an atlas: what its texels mean and which charts lie in it.
@@ -69,8 +71,7 @@ pub fn atlases(asset: &Asset) -> Result<Vec<Atlas>> {
 
 /// One per image; `None` if nothing wears it.
 fn atlas_of_each(asset: &Asset) -> Result<Vec<Option<Atlas>>> {
-    let materials: Vec<Vec<TextureSlot>> =
-        (0..asset.count("materials")).map(|m| slots(asset, m)).collect::<Result<_>>()?;
+    let materials = material_slots(asset)?;
     let mut atlases: Vec<Option<Atlas>> = vec![None; asset.count("images")];
     for mesh in 0..asset.count("meshes") {
         for primitive in Primitive::of_mesh(asset, mesh)? {
@@ -80,16 +81,29 @@ fn atlas_of_each(asset: &Asset) -> Result<Vec<Option<Atlas>>> {
     Ok(atlases)
 }
 
+/// The textures of each material.
+pub(crate) fn material_slots(asset: &Asset) -> Result<Vec<Vec<TextureSlot>>> {
+    (0..asset.count("materials")).map(|material| slots(asset, material)).collect()
+}
+
+/// Every texture of every material that a primitive may wear.
+pub(crate) fn worn<'a>(
+    asset: &Asset,
+    primitive: &Primitive,
+    materials: &'a [Vec<TextureSlot>],
+) -> Result<Vec<&'a TextureSlot>> {
+    let worn = primitive.material.into_iter().chain(variants(asset, primitive)?);
+    Ok(worn.flat_map(|material| &materials[material]).collect())
+}
+
 fn add_primitive(
     asset: &Asset,
     primitive: &Primitive,
     materials: &[Vec<TextureSlot>],
     atlases: &mut [Option<Atlas>],
 ) -> Result<()> {
-    let worn = primitive.material.into_iter().chain(variants(asset, primitive)?);
-    let slots: Vec<&TextureSlot> = worn.flat_map(|material| &materials[material]).collect();
     let mut seen: Vec<(usize, usize, Affine2)> = Vec::new();
-    for slot in slots {
+    for slot in worn(asset, primitive, materials)? {
         let atlas = atlases[slot.image].get_or_insert_with(|| Atlas {
             image: slot.image,
             role: slot.role,
@@ -196,6 +210,8 @@ pub struct Repaired {
     pub padding: usize,
     /// What was done to the others.
     pub outcome: Outcome,
+    /// What was done to the texels along seams, if that was asked for.
+    pub equalized: Option<Equalized>,
     atlas: Atlas,
 }
 
@@ -224,7 +240,7 @@ pub enum LeftAlone {
 }
 
 /// How the images of an asset are repaired.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AtlasOptions {
     /// Most memory that decoding one image may take.
     pub memory_limit: MemoryLimit,
@@ -234,6 +250,9 @@ pub struct AtlasOptions {
     /// How often images are halved, each texel the mean of valid ones; see [`scale_down`]. Images
     /// that charts cover are scaled too, those left alone for another reason are not.
     pub halvings: u32,
+    /// Whether and how both sides of seams are made to read the same, after the fill; in images that
+    /// charts cover in whole too.
+    pub equalize: Option<equalize::Options>,
 }
 
 /// Repairs every image of an asset whose charts leave texels uncovered; one result per image.
@@ -249,10 +268,12 @@ pub fn repair_all(asset: &Asset, limit: MemoryLimit) -> Result<Vec<ImageRepair>>
 /// # Errors
 /// As [`repair_all`].
 pub fn repair_all_with(asset: &Asset, options: AtlasOptions) -> Result<Vec<ImageRepair>> {
+    let seams = options.equalize.map(|_| seams_of_images(asset)).transpose()?;
     let repair = |(image, atlas): (usize, Option<Atlas>)| {
         let role = atlas.as_ref().map(|atlas| atlas.role);
+        let seams = seams.as_ref().map_or(&[][..], |seams| &seams[image]);
         let result = match atlas {
-            Some(atlas) => repair_one(asset, atlas, options)?,
+            Some(atlas) => repair_one(asset, atlas, options, seams)?,
             None => Err(LeftAlone::NotWorn),
         };
         Ok(ImageRepair { image, role, result })
@@ -264,6 +285,7 @@ fn repair_one(
     asset: &Asset,
     atlas: Atlas,
     options: AtlasOptions,
+    seams: &[Seam],
 ) -> Result<std::result::Result<Repaired, LeftAlone>> {
     if atlas.beyond_charts {
         return Ok(Err(LeftAlone::BeyondCharts));
@@ -274,19 +296,25 @@ fn repair_one(
     if validity.valid() == 0 {
         return Ok(Err(LeftAlone::NoChart));
     }
-    if validity.invalid() == 0 && options.halvings == 0 {
+    let covered = validity.invalid() == 0;
+    if covered && options.halvings == 0 && seams.is_empty() {
         return Ok(Err(LeftAlone::Covered));
     }
     let fault = |error: seamwise_texture::Error| Error::invalid(&at, error.to_string());
+    let Atlas { role, wrap, .. } = atlas;
     let rings = options.keep_padding;
-    let padding =
-        keep_padding(&texels, atlas.role, &mut validity, atlas.wrap, rings).map_err(fault)?;
+    let padding = keep_padding(&texels, role, &mut validity, wrap, rings).map_err(fault)?;
     if options.halvings > 0 {
         (texels, validity) =
-            scale_down(&texels, atlas.role, &validity, options.halvings).map_err(fault)?;
+            scale_down(&texels, role, &validity, options.halvings).map_err(fault)?;
     }
-    let outcome = repair(&mut texels, atlas.role, &validity, atlas.wrap).map_err(fault)?;
-    Ok(Ok(Repaired { texels, validity, padding, outcome, atlas }))
+    let outcome = repair(&mut texels, role, &validity, wrap).map_err(fault)?;
+    let equalize = |options| equalize(&mut texels, role, &validity, wrap, seams, options);
+    let equalized = options.equalize.map(equalize).transpose().map_err(fault)?;
+    if covered && options.halvings == 0 && equalized.is_none_or(|done| done.texels == 0) {
+        return Ok(Err(LeftAlone::Covered));
+    }
+    Ok(Ok(Repaired { texels, validity, padding, outcome, equalized, atlas }))
 }
 
 /// The asset's images with the repaired ones in their places, each in the format it came in unless

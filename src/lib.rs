@@ -14,6 +14,7 @@
 //! - `seamwise_attr` simplifies that surface by a generalized quadric, with attributes in wedges,
 //!   emits every level from one descent, and polishes each: fits it to the source by least squares.
 //! - [`atlas`] finds the texels that no chart covers, and `seamwise_texture` fills them.
+//! - [`seams`] finds the edges where a surface reads two places of an image, to make both equal.
 //! - [`levels`] puts levels into documents, [`write`](mod@write) documents into files.
 //! - [`repair`](mod@repair) fills the atlases of a file and leaves the rest as it is.
 //! - [`evaluate`] measures how far a level is from its source.
@@ -56,6 +57,7 @@ pub mod progress;
 pub mod read;
 pub mod repair;
 pub mod report;
+pub mod seams;
 mod skin;
 pub mod steering;
 pub mod surfaces;

@@ -77,6 +77,9 @@ pub(crate) fn repair(args: &RepairArgs, common: Common) -> Result<usize> {
     let options = RepairOptions { memory_limit: common.memory_limit, ..args.resolve() };
     let report = repair_file(&args.input, &args.output, &options)?;
     say(common.quiet, &report.to_table())?;
+    if let Some(path) = &args.json {
+        write_files(&[(path.clone(), report.to_json().into_bytes())])?;
+    }
     Ok(0)
 }
 

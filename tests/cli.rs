@@ -122,6 +122,8 @@ fn the_options_of_the_design_are_there() {
         "--scale",
         "--blocks",
         "--anisotropy",
+        "--equalize-seams",
+        "--json",
         "--quality",
         "--png",
         "--memory-limit",

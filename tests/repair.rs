@@ -322,3 +322,40 @@ fn assets_and_lightmaps_are_scaled_with_all_they_hold() {
     assert!(samples(&after).iter().flatten().all(|(_, finite)| *finite));
     assert!(most(&after) < most(&before), "fireflies lie outside the charts");
 }
+
+#[test]
+fn seams_are_equalized_and_nothing_else_beside_the_fill() {
+    let Some(input) = asset("scan/frypan.glb") else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let [filled, equalized, json] =
+        ["filled.glb", "equalized.glb", "report.json"].map(|name| folder.path().join(name));
+    repair(&input, &filled, &[]).unwrap();
+    let options = ["--equalize-seams", "--json", json.to_str().unwrap()];
+    let table = repair(&input, &equalized, &options).unwrap();
+    assert!(table.contains("RMS step across seams"), "{table}");
+    let report: serde_json::Value = serde_json::from_slice(&std::fs::read(&json).unwrap()).unwrap();
+    let seams = &report["images"][0]["seams"];
+    let steps = |key: &str, mip: usize| seams[key][mip].as_f64().unwrap();
+    for mip in 0..3 {
+        assert!(steps("rms_step_after", mip) < 0.3 * steps("rms_step_before", mip), "{seams}");
+    }
+    let texels = |path: &Path| {
+        let asset = seamwise::read::read(path).unwrap();
+        seamwise::images::decode(&asset.images[0], "", Default::default()).unwrap().to_rgba8()
+    };
+    let [before, after] = [texels(&filled), texels(&equalized)];
+    let changed = before.pixels().zip(after.pixels()).filter(|(a, b)| a != b).count();
+    assert_eq!(changed as u64, seams["changed_texels"].as_u64().unwrap());
+}
+
+#[test]
+fn a_picture_has_no_seams_without_a_mesh() {
+    let folder = tempfile::tempdir().unwrap();
+    let [atlas, output] = ["a.png", "b.png"].map(|name| folder.path().join(name));
+    image::GrayImage::new(8, 8).save(&atlas).unwrap();
+    let error = repair(&atlas, &output, &["--equalize-seams"]).unwrap_err();
+    assert!(error.contains("a.png") && error.contains("--mesh"), "{error}");
+    assert!(!output.exists());
+}

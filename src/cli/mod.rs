@@ -15,7 +15,7 @@ use seamwise::limit::MemoryLimit;
 use seamwise::options::{BakeOptions, ReportOptions, Targets, Textures};
 use seamwise::repair::{Background, MeshOptions, RepairOptions};
 use seamwise_attr::Polish;
-use seamwise_texture::{Footprint, Role};
+use seamwise_texture::{Footprint, Role, equalize};
 use steering::SteeringArgs;
 
 /// Levels of detail for textured glTF that still look like the original, and atlases that do not
@@ -182,6 +182,7 @@ impl BakeArgs {
     seamwise repair scan.glb -o repaired.glb\n  \
     seamwise repair atlas.png -o repaired.png --background '#ff00ff'\n  \
     seamwise repair scan.glb -o repaired.glb --png --memory-limit 8GB\n  \
+    seamwise repair scan.glb -o repaired.glb --equalize-seams\n  \
     seamwise repair light.exr -o repaired.exr --mesh room.glb --uv-set 1 --mesh-name walls\n\n\
     An asset knows which of its texels are used. For a picture, --mesh, --mask and --background\n\
     tell; a texel must pass all that are given. Valid texels stay as they are, except in JPEGs,\n\
@@ -233,6 +234,13 @@ pub(crate) struct RepairArgs {
     /// size, except those that charts cover.
     #[arg(long, default_value = "1", value_name = "1/N", value_parser = parse_scale)]
     scale: u32,
+    /// After the fill, move texels next to seams so that both sides of each read the same. Seams are
+    /// edges of a mesh: a picture needs --mesh.
+    #[arg(long)]
+    equalize_seams: bool,
+    /// Write what was done as JSON.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
     #[command(flatten)]
     footprint: FootprintArgs,
     /// Quality of JPEGs that are written.
@@ -296,6 +304,7 @@ impl RepairArgs {
             footprint: self.footprint.resolve(),
             diff: self.diff.clone(),
             keep_padding: self.keep_padding.into(),
+            equalize: self.equalize_seams.then(equalize::Options::default),
             encoding: Encoding { quality: self.quality, png: self.png },
             ..RepairOptions::default()
         }

@@ -7,13 +7,13 @@
 
 use glam::{DVec2, Vec2};
 use rayon::prelude::*;
-use rustc_hash::FxHashMap;
 
 use super::camera::{Camera, Rig};
 use super::raster::{NONE, SAMPLES, View};
 use super::render::find_visible;
 use super::scene::{Mode, Scene};
 use super::shade::Shader;
+use crate::seams::{Side, same_edge, sides_by_edge};
 
 /// Half the width of the band: what a bilinear tap reaches at the mip level of a pixel, and as much
 /// again for trilinear filtering.
@@ -47,39 +47,26 @@ fn seam_band(scene: &Scene, camera: &Camera, resolution: usize, seams: &[[bool; 
     band
 }
 
-/// A position as bits, −0 as 0.
-type Point = [u32; 3];
-/// What a triangle's side of an edge wears: its material and the UVs of both ends in set 0.
-type Worn = (u32, [[u32; 2]; 2]);
-
 /// One per triangle: whether the edge opposite each corner is a seam.
 fn seam_edges(scene: &Scene) -> Vec<[bool; 3]> {
-    let mut sides: FxHashMap<[Point; 2], (Worn, bool)> = FxHashMap::default();
-    for triangle in 0..scene.triangles.len() {
-        for corner in 0..3 {
-            let (edge, worn) = side(scene, triangle, corner);
-            let known = sides.entry(edge).or_insert((worn, false));
-            known.1 |= known.0 != worn;
+    let mut seams = vec![[false; 3]; scene.triangles.len()];
+    let sides = sides_by_edge(&scene.triangles, &scene.positions);
+    for edge in sides.chunk_by(same_edge) {
+        let first = worn(scene, &edge[0]);
+        if edge.iter().any(|side| worn(scene, side) != first) {
+            edge.iter().for_each(|side| seams[side.triangle][side.corner()] = true);
         }
     }
-    let is_seam = |triangle, corner| sides[&side(scene, triangle, corner).0].1;
-    (0..scene.triangles.len()).map(|t| [0, 1, 2].map(|corner| is_seam(t, corner))).collect()
+    seams
 }
 
-/// The edge opposite a corner, its lesser end first, and what the triangle wears along it.
-fn side(scene: &Scene, triangle: usize, corner: usize) -> ([Point; 2], Worn) {
-    let end = |slot: usize| {
-        let vertex = scene.triangles[triangle][slot % 3] as usize;
-        let uv = scene.uvs[0].get(vertex).copied().unwrap_or_default();
-        let bits = |x: f32| (x + 0.0).to_bits();
-        (scene.positions[vertex].to_array().map(bits), uv.to_array().map(bits))
-    };
-    let (mut a, mut b) = (end(corner + 1), end(corner + 2));
-    if a.0 > b.0 {
-        std::mem::swap(&mut a, &mut b);
-    }
-    let material = scene.triangle_materials.get(triangle).copied().unwrap_or_default();
-    ([a.0, b.0], (material, [a.1, b.1]))
+/// What a triangle's side of an edge wears: its material and the bits of the UVs of both ends in
+/// set 0.
+fn worn(scene: &Scene, side: &Side) -> (u32, [[u32; 2]; 2]) {
+    let uv = |vertex: usize| scene.uvs[0].get(vertex).copied().unwrap_or_default();
+    let bits = |vertex: usize| uv(vertex).to_array().map(|x| (x + 0.0).to_bits());
+    let material = scene.triangle_materials.get(side.triangle).copied().unwrap_or_default();
+    (material, side.ends(&scene.triangles, bits))
 }
 
 #[cfg(test)]

@@ -11,6 +11,7 @@
 
 use exr::prelude::{FlatSamples, SampleType, Vec2, f16};
 use image::{DynamicImage, Rgb32FImage};
+use seamwise_texture::equalize::{Equalized, Options, Seam, equalize_plane};
 use seamwise_texture::{Outcome, Part, Plane, Role, Validity, agreeing_padding, fill_holes};
 
 use super::exr_file::{AnyLayer, Channel, LOSSLESS, decode, encode, loses, sample_type};
@@ -27,6 +28,7 @@ impl Job<'_> {
             let what = format!("{}: an EXR in the role of a normal map", self.input.display());
             return Err(Error::Unsupported { what });
         }
+        self.expect_seams()?;
         let sources = Sources::read(self.options)?;
         let mut image =
             decode(bytes, self.options.memory_limit).map_err(|error| error.in_file(self.input))?;
@@ -90,13 +92,21 @@ impl Job<'_> {
         }
         let (trusted, outcome) = fill_layer(layer, &validity);
         *told |= trusted.invalid() > 0;
+        let reads = sources.reads(&trusted, self.options.footprint);
+        report.add_outcome(&trusted, outcome, reads);
+        if let Some((seams, options)) = sources.seams(self.options) {
+            let (equalized, name) =
+                equalize_layer(layer, &trusted, seams, options).map_err(|error| {
+                    Error::invalid(self.input.display().to_string(), error.to_string())
+                })?;
+            report.equalized = Some(equalized);
+            report.notes.push(format!("the steps across seams are those of {name}"));
+        }
         if self.options.diff.is_some() {
             let groups = groups(&layer.channel_data.list);
             let shown = picture(layer).or_else(|| group_picture(layer, groups.first()?));
             report.diff = shown.map_or(Ok(None), |shown| self.diff(&shown, &trusted))?;
         }
-        let reads = sources.reads(&trusted, self.options.footprint);
-        report.add_outcome(&trusted, outcome, reads);
         Ok(report)
     }
 }
@@ -215,6 +225,54 @@ fn parts(channels: &[Channel], group: &[usize], validity: &Validity) -> Vec<Part
     validity.flags().iter().enumerate().map(part).collect()
 }
 
+/// Equalizes the seams of every group of channels; returns what it did to the first group, and the
+/// names of its channels.
+fn equalize_layer(
+    layer: &mut AnyLayer,
+    validity: &Validity,
+    seams: &[Seam],
+    options: Options,
+) -> seamwise_texture::Result<(Equalized, String)> {
+    let channels = &mut layer.channel_data.list;
+    let mut first = None;
+    for group in groups(channels) {
+        let mut plane = read_group(channels, &group, validity);
+        let before = plane.clone();
+        let equalized = equalize_plane(&mut plane, validity, WRAP, seams, options)?;
+        let texels =
+            plane.data().chunks_exact(group.len()).zip(before.data().chunks_exact(group.len()));
+        for (texel, (after, before)) in texels.enumerate() {
+            for (&channel, (after, before)) in group.iter().zip(after.iter().zip(before)) {
+                if after != before {
+                    write_sample(&mut channels[channel], texel, *after);
+                }
+            }
+        }
+        let names = || group.iter().map(|&channel| channels[channel].name.to_string());
+        first.get_or_insert_with(|| (equalized, names().collect::<Vec<_>>().join(", ")));
+    }
+    Ok(first.unwrap_or_default())
+}
+
+/// The channels of a group, all texels as they are.
+fn read_group(channels: &[Channel], group: &[usize], validity: &Validity) -> Plane {
+    let mut plane = Plane::new(validity.width(), validity.height(), group.len());
+    for (texel, values) in plane.data_mut().chunks_exact_mut(group.len()).enumerate() {
+        for (value, &channel) in values.iter_mut().zip(group) {
+            *value = channels[channel].sample_data.value_by_flat_index(texel).to_f32();
+        }
+    }
+    plane
+}
+
+fn write_sample(channel: &mut Channel, texel: usize, value: f32) {
+    match &mut channel.sample_data {
+        FlatSamples::F16(samples) => samples[texel] = f16::from_f32(value),
+        FlatSamples::F32(samples) => samples[texel] = value,
+        FlatSamples::U32(_) => {}
+    }
+}
+
 /// Fills the holes of a group; false if it has no sources.
 fn fill_group(
     channels: &mut [Channel],
@@ -235,11 +293,7 @@ fn fill_group(
     for (&channel, offset) in group.iter().zip(0..) {
         let texels = plane.data().chunks_exact(group.len()).zip(parts).enumerate();
         for (texel, (values, _)) in texels.filter(|(_, (_, part))| **part == Part::Hole) {
-            match &mut channels[channel].sample_data {
-                FlatSamples::F16(samples) => samples[texel] = f16::from_f32(values[offset]),
-                FlatSamples::F32(samples) => samples[texel] = values[offset],
-                FlatSamples::U32(_) => {}
-            }
+            write_sample(&mut channels[channel], texel, values[offset]);
         }
     }
     true

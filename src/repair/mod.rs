@@ -24,6 +24,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use image::{DynamicImage, ImageFormat};
+use seamwise_texture::equalize;
 use seamwise_texture::{Footprint, Role, Validity, Wrap};
 use serde_json::Value;
 
@@ -63,6 +64,8 @@ pub struct RepairOptions {
     pub footprint: Footprint,
     /// A .png to draw what was filled in; see [`repair_file`].
     pub diff: Option<PathBuf>,
+    /// Whether and how both sides of seams are made to read the same, after the fill.
+    pub equalize: Option<equalize::Options>,
     /// Most memory that decoding one image may take.
     pub memory_limit: MemoryLimit,
     /// How images are encoded.
@@ -72,8 +75,8 @@ pub struct RepairOptions {
 impl RepairOptions {
     /// What of it is for the images of an asset.
     fn for_atlases(&self) -> AtlasOptions {
-        let Self { memory_limit, keep_padding, halvings, .. } = *self;
-        AtlasOptions { memory_limit, keep_padding, halvings }
+        let Self { memory_limit, keep_padding, halvings, equalize, .. } = *self;
+        AtlasOptions { memory_limit, keep_padding, halvings, equalize }
     }
 }
 
@@ -280,6 +283,7 @@ fn asset_image(asset: &Asset, repair: &ImageRepair, options: &RepairOptions) -> 
     match &repair.result {
         Ok(repaired) => {
             report.add_outcome(&repaired.validity, repaired.outcome, repaired.reads(footprint));
+            report.equalized = repaired.equalized;
             report.notes = encoding_notes(&asset.images[repair.image], encoding);
             report.notes.extend(padding_note(repaired.padding));
         }

@@ -1,6 +1,7 @@
 //! The repair of a picture: PNG, JPEG, WebP, TIFF, Radiance HDR.
 
 use image::ImageFormat;
+use seamwise_texture::equalize::{Options, Seam, equalize};
 use seamwise_texture::{keep_padding, repair, scale_down};
 
 use super::picture_file::Picture;
@@ -32,6 +33,7 @@ impl Job<'_> {
         let size = [picture.texels.width() as usize, picture.texels.height() as usize];
         let lossy = matches!(format, ImageFormat::Jpeg | ImageFormat::WebP);
         let tolerance = if lossy { LOSSY_TOLERANCE } else { TOLERANCE };
+        self.expect_seams()?;
         let sources = Sources::read(self.options)?;
         let mut validity = sources
             .validity(size, Some(&picture.texels), tolerance)?
@@ -50,19 +52,32 @@ impl Job<'_> {
                     .map_err(fault)?;
         }
         let reads = sources.reads(&validity, self.options.footprint);
-        drop(sources);
         let outcome = repair(&mut picture.texels, role, &validity, WRAP).map_err(fault)?;
+        let equalize = |(seams, options): (&[Seam], Options)| {
+            equalize(&mut picture.texels, role, &validity, WRAP, seams, options).map_err(fault)
+        };
+        let equalized = sources.seams(self.options).map(equalize).transpose()?;
         let (file, notes) = picture.encode(output_format, encoding.quality).map_err(|what| {
             let output = self.output.display();
             Error::Options { what: format!("{output}: {what}; choose another format") }
         })?;
         let name = self.input.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let mut report = ImageReport { name, role: Some(role), ..ImageReport::default() };
+        report.equalized = equalized;
         report.notes = [picture.notes, notes].concat();
         report.notes.extend(padding_note(padding));
         report.diff = self.diff(&picture.texels, &validity)?;
         report.add_outcome(&validity, outcome, reads);
         Ok((file, RepairReport { images: vec![report] }))
+    }
+
+    /// Checks that a mesh tells the seams if they are to be equalized.
+    pub(super) fn expect_seams(&self) -> Result<()> {
+        if self.options.equalize.is_none() || self.options.mesh.is_some() {
+            return Ok(());
+        }
+        let what = "nothing tells where its seams are: give a mesh that wears the picture (--mesh)";
+        Err(Error::Options { what: format!("{}: {what}", self.input.display()) })
     }
 
     /// The error that nothing tells which texels are valid.

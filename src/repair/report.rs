@@ -1,8 +1,10 @@
-//! What a repair did, as a table.
+//! What a repair did, as a table and as JSON.
 
 use std::path::{Path, PathBuf};
 
-use seamwise_texture::{Outcome, Role, Validity};
+use seamwise_texture::equalize::{Equalized, STEP_LEVELS};
+use seamwise_texture::{MipReads, Outcome, Role, Validity};
+use serde_json::{Value, json};
 
 use crate::atlas::Reads;
 use crate::report::align;
@@ -31,6 +33,8 @@ pub struct ImageReport {
     pub remaining: usize,
     /// What filtering inside the charts read before the repair; empty where no charts are known.
     pub reads: Reads,
+    /// What was done to the texels along seams, if that was asked for.
+    pub equalized: Option<Equalized>,
     /// Why it was left alone, if it was.
     pub left_alone: Option<String>,
     /// What changed beside texels that were filled.
@@ -68,6 +72,23 @@ impl ImageReport {
         format!("{}{alike}: {before} → {after}; {shared}\n", self.name)
     }
 
+    /// What an equalisation did.
+    fn seams_line(&self, equalized: &Equalized) -> String {
+        let steps =
+            |steps: [f64; STEP_LEVELS]| steps.map(|step| format!("{:.2}", 1e3 * step)).join(" ");
+        let Equalized { seams, before, after, texels, covered_texels, max_change } = *equalized;
+        let name = &self.name;
+        if seams == 0 {
+            return format!("{name}: no seams\n");
+        }
+        format!(
+            "{name}: {} → {}; {texels} texels changed, {covered_texels} of them in charts, by {:.1} at most\n",
+            steps(before),
+            steps(after),
+            1e3 * max_change,
+        )
+    }
+
     fn reads_alike(&self, other: &Self) -> bool {
         self.reads == other.reads && (self.remaining == 0) == (other.remaining == 0)
     }
@@ -100,11 +121,24 @@ impl RepairReport {
                 "\ntexels that filtering reads, mip by mip: invalid/all before → invalid after\n";
             text += &reads;
         }
+        let seams =
+            self.images.iter().filter_map(|image| Some(image.seams_line(&image.equalized?)));
+        let seams: String = seams.collect();
+        if !seams.is_empty() {
+            text += "\nRMS step across seams, in thousandths of the range, mip by mip: before → after\n";
+            text += &seams;
+        }
         for image in &self.images {
             let name = &image.name;
             text.extend(image.notes.iter().map(|note| format!("{name}: {note}\n")));
         }
         text
+    }
+
+    /// The report for programs.
+    pub fn to_json(&self) -> String {
+        let images: Vec<Value> = self.images.iter().map(to_json).collect();
+        format!("{:#}\n", json!({"schema": 1, "images": images}))
     }
 
     /// One line for all images that lie in the same charts.
@@ -122,13 +156,44 @@ impl RepairReport {
     }
 }
 
-fn row(image: &ImageReport) -> [String; 7] {
-    let figure = |n: usize| if image.left_alone.is_some() { String::new() } else { n.to_string() };
-    let role = image.role.map_or("", |role| match role {
+fn role_name(role: Role) -> &'static str {
+    match role {
         Role::Color => "color",
         Role::Normal => "normal",
         Role::Data => "data",
-    });
+    }
+}
+
+fn to_json(image: &ImageReport) -> Value {
+    let reads = |mip: &MipReads| {
+        let MipReads { width, height, read, invalid } = *mip;
+        let invalid_after = image.reads_after(invalid);
+        json!({"width": width, "height": height, "read": read, "invalid_before": invalid,
+            "invalid_after": invalid_after})
+    };
+    let seams = |equalized: &Equalized| {
+        let Equalized { seams, before, after, texels, covered_texels, max_change } = equalized;
+        json!({"seams": seams, "rms_step_before": before, "rms_step_after": after,
+            "changed_texels": texels, "changed_covered_texels": covered_texels,
+            "max_change": max_change})
+    };
+    json!({
+        "name": image.name,
+        "role": image.role.map(role_name),
+        "size": image.size,
+        "covered": image.covered,
+        "filled": image.filled,
+        "remaining": image.remaining,
+        "reads": image.reads.mips.iter().map(reads).collect::<Vec<_>>(),
+        "seams": image.equalized.as_ref().map(seams),
+        "left_alone": image.left_alone,
+        "notes": image.notes,
+    })
+}
+
+fn row(image: &ImageReport) -> [String; 7] {
+    let figure = |n: usize| if image.left_alone.is_some() { String::new() } else { n.to_string() };
+    let role = image.role.map_or("", role_name);
     [
         image.name.clone(),
         role.to_owned(),
@@ -143,7 +208,26 @@ fn row(image: &ImageReport) -> [String; 7] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use seamwise_texture::MipReads;
+
+    #[test]
+    fn the_steps_across_seams_are_told() {
+        let equalized = Equalized {
+            seams: 2,
+            before: [0.04, 0.03, 0.02, 0.01],
+            after: [0.001; 4],
+            texels: 9,
+            covered_texels: 4,
+            max_change: 0.5,
+        };
+        let image =
+            ImageReport { name: "a".into(), equalized: Some(equalized), ..ImageReport::default() };
+        let report = RepairReport { images: vec![image] };
+        let line = "a: 40.00 30.00 20.00 10.00 → 1.00 1.00 1.00 1.00; 9 texels changed, 4 of them \
+                    in charts, by 500.0 at most\n";
+        assert!(report.to_table().ends_with(line), "{}", report.to_table());
+        let json: Value = serde_json::from_str(&report.to_json()).unwrap();
+        assert_eq!(json.pointer("/images/0/seams/rms_step_before/1").unwrap(), 0.03);
+    }
 
     #[test]
     fn reads_are_shown_once_for_images_that_share_them() {

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use glam::Affine2;
 use image::DynamicImage;
-use seamwise_texture::{Footprint, Plane, Validity, detect_background};
+use seamwise_texture::equalize::{self, Seam};
+use seamwise_texture::{Footprint, Plane, Role, Validity, detect_background};
 use serde_json::Value;
 
 use super::picture_file::Picture;
@@ -14,10 +15,13 @@ use crate::atlas::{Charts, Reads};
 use crate::error::{Error, Result};
 use crate::primitive::Primitive;
 use crate::read::read_geometry;
+use crate::seams::Surface;
 
 /// The mesh, the mask and the background, read.
 pub(super) struct Sources {
     charts: Option<Charts>,
+    /// Of the mesh, if they are to be equalized.
+    seams: Vec<Seam>,
     mask: Option<(PathBuf, Validity)>,
     background: Background,
 }
@@ -25,10 +29,12 @@ pub(super) struct Sources {
 impl Sources {
     /// Reads the files that the options name.
     pub(super) fn read(options: &RepairOptions) -> Result<Self> {
-        let charts = options
-            .mesh
-            .as_ref()
-            .map(|mesh| read_charts(mesh).map_err(|error| error.in_file(&mesh.file)));
+        let charts = options.mesh.as_ref().map(|mesh| {
+            let vectors = options.role == Some(Role::Normal);
+            let equalize = options.equalize.map(|_| vectors);
+            read_charts(mesh, equalize).map_err(|error| error.in_file(&mesh.file))
+        });
+        let (charts, seams) = charts.transpose()?.unzip();
         let mask = options.mask.as_ref().map(|path| {
             let luma = Picture::read(path, options.memory_limit)?.texels.to_luma32f();
             let [width, height] = [luma.width() as usize, luma.height() as usize];
@@ -36,7 +42,8 @@ impl Sources {
             Ok::<_, Error>((path.clone(), Validity::from_mask(&plane)))
         });
         Ok(Self {
-            charts: charts.transpose()?,
+            charts,
+            seams: seams.unwrap_or_default(),
             mask: mask.transpose()?,
             background: options.background,
         })
@@ -77,6 +84,11 @@ impl Sources {
         }))
     }
 
+    /// The mesh's seams and how to equalize them, if that is asked for.
+    pub(super) fn seams(&self, options: &RepairOptions) -> Option<(&[Seam], equalize::Options)> {
+        Some((&self.seams, options.equalize?))
+    }
+
     /// What filtering inside the mesh's charts reads; nothing without a mesh.
     pub(super) fn reads(&self, validity: &Validity, footprint: Footprint) -> Reads {
         let count = |charts: &Charts| charts.reads(validity, WRAP, footprint);
@@ -84,20 +96,27 @@ impl Sources {
     }
 }
 
-/// The charts of all triangle primitives that have the UV set.
-fn read_charts(options: &MeshOptions) -> Result<Charts> {
+/// The charts of all triangle primitives that have the UV set, and their seams if `equalize`, which
+/// then tells whether they are those of a normal map.
+fn read_charts(options: &MeshOptions, equalize: Option<bool>) -> Result<(Charts, Vec<Seam>)> {
     let asset = read_geometry(&options.file)?;
     let mut charts = Charts::default();
+    let mut seams = Vec::new();
     for mesh in chosen_meshes(&asset, options.name.as_deref())? {
+        let mut surface = Surface::default();
         for primitive in Primitive::of_mesh(&asset, mesh)?.iter().filter(|p| p.is_surface()) {
+            if let Some(vectors) = equalize {
+                surface.add(&asset, primitive, options.uv_set, Affine2::IDENTITY, vectors)?;
+            }
             let own = Charts::read(&asset, primitive, options.uv_set, Affine2::IDENTITY)?;
             own.into_iter().for_each(|own| charts.append(own));
         }
+        seams.extend(surface.seams());
     }
     if charts.triangles.is_empty() {
         return Err(Error::Options { what: format!("no triangle has UV set {}", options.uv_set) });
     }
-    Ok(charts)
+    Ok((charts, seams))
 }
 
 /// The meshes of that name, or that nodes of that name wear; all if there is none.
@@ -149,7 +168,8 @@ mod tests {
         let luma = |x, y| image::Luma([if x < 4 { 0 } else { (16 * y + x) as u8 }]);
         let black = DynamicImage::ImageLuma8(image::GrayImage::from_fn(16, 8, luma));
         let mask = Validity::from_flags(16, 8, (0..128).map(|texel| texel % 16 < 10).collect());
-        let mut sources = Sources { charts: None, mask: None, background: Background::Auto };
+        let mut sources =
+            Sources { charts: None, seams: Vec::new(), mask: None, background: Background::Auto };
         let valid = |sources: &Sources| {
             let validity = sources.validity([16, 8], Some(&black), 0.0).unwrap();
             validity.map(|validity| validity.valid())

@@ -31,6 +31,11 @@
 //! colors, vectors for normals. So does [`scale_down`], which makes an image smaller from valid
 //! texels alone.
 //!
+//! # Seams
+//!
+//! [`equalize`](fn@equalize::equalize) moves texels next to seams, so that both sides of a seam read
+//! the same under bilinear filtering.
+//!
 //! - S. Gortler, R. Grzeszczuk, R. Szeliski, M. Cohen, "The Lumigraph", SIGGRAPH 1996: pull-push for
 //!   scattered samples, with weights that saturate.
 //! - M. Kraus, "The pull-push algorithm revisited", GRAPP 2009: smooth kernels for both directions,
@@ -41,6 +46,7 @@
 mod background;
 pub mod color;
 mod coverage;
+pub mod equalize;
 mod error;
 mod kernel;
 mod mips;

@@ -251,12 +251,12 @@ fn encode(texel: [f32; 4], encoding: Encoding) -> [u8; 4] {
     }
 }
 
-fn half(size: usize) -> usize {
+pub(crate) fn half(size: usize) -> usize {
     (size / 2).max(1)
 }
 
 /// The three source texels of texel `i` when an axis of `size` texels is halved, and their weights.
-fn box_taps(i: usize, size: usize) -> [(usize, f32); 3] {
+pub(crate) fn box_taps(i: usize, size: usize) -> [(usize, f32); 3] {
     let m = size / 2;
     match size {
         1 => [(0, 1.0), (0, 0.0), (0, 0.0)],

@@ -111,8 +111,12 @@ impl Validity {
 
     /// Makes sure that it is of the size of an image.
     pub(crate) fn expect_size_of(&self, image: &DynamicImage) -> Result<()> {
-        let (width, height) = (image.width() as usize, image.height() as usize);
-        if (width, height) == (self.width, self.height) {
+        self.expect_size([image.width() as usize, image.height() as usize])
+    }
+
+    /// The same for an image of this width and height.
+    pub(crate) fn expect_size(&self, [width, height]: [usize; 2]) -> Result<()> {
+        if [width, height] == [self.width, self.height] {
             return Ok(());
         }
         let [w, h] = [self.width, self.height];
