@@ -1,0 +1,152 @@
+//! What `seamwise repair` may be told, and what counts as a read.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use seamwise::images::Encoding;
+use seamwise::repair::{Background, MeshOptions, RepairOptions};
+use seamwise_texture::{Footprint, Role, equalize};
+
+/// `seamwise repair`.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  \
+    seamwise repair scan.glb -o repaired.glb\n  \
+    seamwise repair atlas.png -o repaired.png --background '#ff00ff'\n  \
+    seamwise repair scan.glb -o repaired.glb --png --memory-limit 8GB\n  \
+    seamwise repair scan.glb -o repaired.glb --equalize-seams\n  \
+    seamwise repair light.exr -o repaired.exr --mesh room.glb --uv-set 1 --mesh-name walls\n\n\
+    An asset knows which of its texels are used. For a picture, --mesh, --mask and --background\n\
+    tell; a texel must pass all that are given. Valid texels stay as they are, except in JPEGs,\n\
+    which are compressed anew (--quality), unless the output is a .png or, for an asset, --png is\n\
+    given. A .webp is written losslessly, a .tif in the compression it came in where that is\n\
+    lossless, and a palette as RGB. ICC profile, EXIF, density and texts stay within a format; what\n\
+    does not is said. In an EXR, NaN and infinities are never valid, and where only the background\n\
+    tells neither are fireflies between the charts of an .exr or .hdr: specks of up to 4 texels, and\n\
+    pieces of under 64 with one over 20 times brighter than 99.9 % of the larger pieces.")]
+pub(crate) struct RepairArgs {
+    /// A .glb or .gltf, of which all images are repaired, or a .png, .jpg, .webp, .tif, .hdr or
+    /// .exr.
+    pub(crate) input: PathBuf,
+    /// The file to write: .glb for an asset, .exr for an .exr, else any format for pictures.
+    #[arg(long, short, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    /// The .glb or .gltf that wears the picture: texels in its UV triangles are valid.
+    #[arg(long, value_name = "FILE")]
+    mesh: Option<PathBuf>,
+    /// The mesh's UV set for the picture.
+    #[arg(long, default_value_t = 0, value_name = "N", requires = "mesh")]
+    uv_set: usize,
+    /// Only the meshes of this name, or that nodes of this name show; all if not given.
+    #[arg(long, value_name = "NAME", requires = "mesh")]
+    mesh_name: Option<String>,
+    /// A picture of the same size, bright where texels are valid.
+    #[arg(long, value_name = "FILE")]
+    mask: Option<PathBuf>,
+    /// Texels of this color around the charts are invalid: auto finds it, none looks for none;
+    /// auto if neither mesh nor mask is given.
+    #[arg(long, value_name = "auto|#rrggbb|none")]
+    background: Option<Background>,
+    /// What the texels mean; color if not given, and numbers as they are in an EXR.
+    #[arg(long, value_enum)]
+    role: Option<RoleName>,
+    /// Keep up to N texels of existing padding around the charts where it agrees with them: ring by
+    /// ring, each texel within a tenth of the range (15° in a normal map) of what the chart leads to
+    /// expect there. All else around them is filled.
+    #[arg(long, default_value_t = 0, value_name = "N")]
+    keep_padding: u16,
+    /// Draw what was filled: the result in dim gray, filled texels in color with a tint of orange.
+    /// Where several images of an asset or layers of an EXR are repaired, each has a picture of its
+    /// own, with the number that the table gives it, or its place: FILE_0.png, FILE_3.png.
+    #[arg(long, value_name = "FILE.png")]
+    diff: Option<PathBuf>,
+    /// Scale the result down, to 1/2, 1/4 and so on along each axis. A texel becomes the mean of the
+    /// valid ones in it, in linear light or of vectors by role, and what has none is filled: nothing
+    /// around the charts bleeds into their rims. Images of an asset that are left alone keep their
+    /// size, except those that charts cover.
+    #[arg(long, default_value = "1", value_name = "1/N", value_parser = parse_scale)]
+    scale: u32,
+    /// After the fill, move texels next to seams so that both sides of each read the same. Seams are
+    /// edges of a mesh: a picture needs --mesh.
+    #[arg(long)]
+    equalize_seams: bool,
+    /// Write what was done as JSON.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
+    #[command(flatten)]
+    footprint: FootprintArgs,
+    /// Quality of JPEGs that are written.
+    #[arg(long, default_value_t = Encoding::default().quality, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=100))]
+    quality: u8,
+    /// Write repaired JPEGs of an asset as PNGs, which lose nothing. A picture is written in the
+    /// format of the output's extension.
+    #[arg(long)]
+    png: bool,
+}
+
+/// What counts as a read.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct FootprintArgs {
+    /// Count whole blocks of 4 × 4 texels as read, at each mip level, as in compressed textures.
+    #[arg(long)]
+    blocks: bool,
+    /// Count what anisotropic reads of up to N taps reach: texels less than N texels from a chart
+    /// along both axes, at each mip level, a bound for any direction.
+    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=16))]
+    anisotropy: u8,
+}
+
+impl FootprintArgs {
+    /// What these arguments mean.
+    pub(crate) fn resolve(self) -> Footprint {
+        Footprint { anisotropy: self.anisotropy, blocks: self.blocks }
+    }
+}
+
+/// `--role`.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum RoleName {
+    /// Colors: averaged in linear light.
+    Color,
+    /// A normal map: averaged as vectors.
+    Normal,
+    /// Anything else: averaged as stored.
+    Data,
+}
+
+impl RepairArgs {
+    /// What these arguments mean.
+    pub(crate) fn resolve(&self) -> RepairOptions {
+        let alone = self.mesh.is_none() && self.mask.is_none();
+        let default = if alone { Background::Auto } else { Background::None };
+        RepairOptions {
+            mesh: self.mesh.clone().map(|file| MeshOptions {
+                file,
+                uv_set: self.uv_set,
+                name: self.mesh_name.clone(),
+            }),
+            mask: self.mask.clone(),
+            background: self.background.unwrap_or(default),
+            role: self.role.map(|role| match role {
+                RoleName::Color => Role::Color,
+                RoleName::Normal => Role::Normal,
+                RoleName::Data => Role::Data,
+            }),
+            halvings: self.scale,
+            footprint: self.footprint.resolve(),
+            diff: self.diff.clone(),
+            keep_padding: self.keep_padding.into(),
+            equalize: self.equalize_seams.then(equalize::Options::default),
+            encoding: Encoding { quality: self.quality, png: self.png },
+            ..RepairOptions::default()
+        }
+    }
+}
+
+/// Reads `1/4`: how many halvings that is.
+fn parse_scale(text: &str) -> std::result::Result<u32, String> {
+    let parts = if text == "1" { Some("1") } else { text.strip_prefix("1/") };
+    let parts = parts.and_then(|parts| parts.parse().ok()).filter(|n: &u32| n.is_power_of_two());
+    let what = || format!("{text} is no scale like 1/2, 1/4 or 1/8: one over a power of two");
+    parts.map(u32::ilog2).ok_or_else(what)
+}
