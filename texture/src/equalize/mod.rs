@@ -51,6 +51,7 @@ use image::{DynamicImage, ImageBuffer, Pixel};
 use self::assemble::{Assembled, Assembly};
 use self::footprint::Sampler;
 use self::seam::{Placed, place, rms_step};
+use self::solve::TOLERANCE;
 use crate::samples::{Coding, Group, Sample, with_buffer};
 use crate::{Plane, Result, Role, Validity, Wrap};
 
@@ -207,7 +208,7 @@ impl Job<'_> {
         let assembly = Assembly { seams: &seams, sampler, validity: self.validity, options };
         let Assembled { texels, problem } = assembly.build(|texel| image.value(texel));
         let flags = self.validity.flags();
-        for (&texel, change) in texels.iter().zip(problem.solve()) {
+        for (&texel, change) in texels.iter().zip(problem.solve(TOLERANCE)) {
             let before = image.value(texel);
             let value = if vectors { of_length(before + change, before) } else { before + change };
             if !value.is_finite() || value == before {

