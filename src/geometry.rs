@@ -1,10 +1,10 @@
 //! Meshes of a document as one surface.
 //!
-//! All triangle primitives of a mesh, or of several that border on one another, are one surface: a material boundary is a seam in it, not a
-//! crack. UVs, normals and `COLOR_0` go through the metric. Tangents are computed anew. Joints,
-//! weights and morph targets are blended where a level lies on the source; whatever else a vertex
-//! carries (further colors, an application's own) is taken over from the source vertex that a wedge
-//! stands for.
+//! All triangle primitives of a mesh, or of several that border on one another, are one surface: a
+//! material boundary is a seam in it, not a crack. UVs, normals and `COLOR_0` go through the metric.
+//! Tangents are computed anew. Joints, weights and morph targets are blended where a level lies on
+//! the source; whatever else a vertex carries (further colors, an application's own) is taken over
+//! from the source vertex that a wedge stands for.
 
 use gltf::json::accessor::ComponentType;
 use rustc_hash::FxHashMap;

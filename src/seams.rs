@@ -25,6 +25,11 @@ const HARD: f32 = 0.999;
 /// A position as bits, −0 as 0.
 pub(crate) type Point = [u32; 3];
 
+/// The bits of a position.
+pub(crate) fn point(position: Vec3) -> Point {
+    position.to_array().map(|x| (x + 0.0).to_bits())
+}
+
 /// A triangle at an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Side {
@@ -38,10 +43,7 @@ pub(crate) struct Side {
 
 impl Side {
     fn new(triangles: &[[u32; 3]], positions: &[Vec3], triangle: usize, corner: usize) -> Self {
-        let end = |slot: usize| {
-            let position = positions[triangles[triangle][slot] as usize];
-            (position.to_array().map(|x| (x + 0.0).to_bits()), slot)
-        };
+        let end = |slot: usize| (point(positions[triangles[triangle][slot] as usize]), slot);
         let (mut a, mut b) = (end((corner + 1) % 3), end((corner + 2) % 3));
         if a.0 > b.0 {
             std::mem::swap(&mut a, &mut b);

@@ -5,15 +5,15 @@
 //! surface, with one budget. They must stand in the same place for good: each shown once, by nodes of
 //! equal world transforms, and nothing moves them.
 
-use glam::Vec3;
 use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
-use seamwise_attr::{Mesh, border_edges};
+use seamwise_attr::{Mesh, PointId, border_edges};
 
 use crate::asset::Asset;
 use crate::error::{Error, Result};
 use crate::geometry::{Geometry, Part, is_motion};
 use crate::nodes::world_nodes;
+use crate::seams::{Point, point};
 
 /// Every surface of an asset, welded, in the order of their first meshes.
 ///
@@ -60,7 +60,7 @@ fn places(asset: &Asset) -> Result<FxHashMap<usize, Place>> {
 }
 
 /// An edge at its place, from one position to the other.
-type Border = (Place, [[u32; 3]; 2]);
+type Border = (Place, [Point; 2]);
 
 /// The meshes of surfaces of one mesh each, together with those that they border on.
 fn bordering(alone: &[Geometry], places: &FxHashMap<usize, Place>) -> Vec<Vec<usize>> {
@@ -105,9 +105,7 @@ fn moves(part: &Part) -> bool {
 }
 
 fn borders(mesh: &Mesh, place: &Place) -> Vec<Border> {
-    // −0 is 0.
-    let bits = |p: Vec3| (p + Vec3::ZERO).to_array().map(f32::to_bits);
-    let ends = |edge: [_; 2]| edge.map(|point| bits(mesh.positions[point]));
+    let ends = |edge: [PointId; 2]| edge.map(|end| point(mesh.positions[end]));
     border_edges(mesh).into_iter().map(|edge| (*place, ends(edge))).collect()
 }
 

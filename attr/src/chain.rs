@@ -27,8 +27,9 @@ pub struct Level {
     /// Triangles asked for.
     pub target: usize,
     /// Root of the largest area-weighted cost of any collapse up to here, in the units of the
-    /// mesh: how far position, texture and shading slid, weighed together. An estimate that steers
-    /// the descent, not a bound on distance.
+    /// mesh: how far position, texture and shading slid, weighed together. Of a small surface each is
+    /// against what it was at most a step before, unless there is an error limit. An estimate that
+    /// steers the descent, not a bound on distance.
     pub error: f64,
     /// Why the target was not reached, if it was not.
     pub stopped: Option<Stop>,

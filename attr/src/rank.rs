@@ -1,9 +1,9 @@
 //! In which order edges wait at first, and what of it outlives a descent.
 //!
-//! Quadrics only grow, so what an edge once cost by them is the least that it costs from then on; what
-//! it exposes may shrink again, but rarely does. That bound goes with the triangles from one descent
-//! to the next, and most edges wait under it until their turn comes; a price is worked out only where
-//! nobody has asked before.
+//! Until they are summed anew, quadrics only grow, so what an edge once cost by them is the least that
+//! it costs from then on; what it exposes may shrink again, but rarely does. That bound goes with the
+//! triangles from one descent to the next, and most edges wait under it until their turn comes; a
+//! price is worked out only where nobody has asked before.
 
 use rayon::prelude::*;
 

@@ -96,7 +96,8 @@ impl Plan {
     }
 
     /// What collapsing the edge between two points costs at least: by their quadrics, wherever the
-    /// merged point goes, or the squared length of the edge if that is to order collapses. Knows no stars where both points have one wedge: nothing else is in the sum then.
+    /// merged point goes, or the squared length of the edge if that is to order collapses. Knows no
+    /// stars where both points have one wedge: nothing else is in the sum then.
     pub(crate) fn price(
         &mut self,
         topology: &Topology,

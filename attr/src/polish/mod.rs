@@ -12,10 +12,12 @@
 //! over samples s of the source, with the nearest point of the level at barycentrics b, and the
 //! other way round. n is the normal of the face that was found, so a sample may slide along it.
 //!
-//! Guaranteed: no triangle turns by more than the options allow, gets thinner than the descent allows or changes
-//! the sign of its UV area; points of borders and of edges with more than two triangles stay, and so do
-//! locked ones; the
-//! same bits at any thread count. Not guaranteed: that each single distance falls.
+//! Samples far beyond the mean distance have lost their counterpart and take no part.
+//!
+//! Guaranteed: no triangle turns by more than the options allow, gets thinner than the descent allows
+//! or changes the sign of its UV area; points of borders and of edges with more than two triangles
+//! stay, and so do locked ones; the same bits at any thread count. Not guaranteed: that each single
+//! distance falls.
 
 mod attributes;
 mod pairs;
