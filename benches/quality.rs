@@ -22,11 +22,12 @@ use std::sync::atomic::AtomicUsize;
 use clap::Parser;
 use rayon::prelude::*;
 use seamwise::asset::Asset;
+use seamwise::dress::LevelTextures;
 use seamwise::evaluate::load::{TextureCache, load};
 use seamwise::evaluate::scene::{Material, Scene};
 use seamwise::evaluate::{self, Metrics, Reference};
 use seamwise::geometry::Geometry;
-use seamwise::levels::{LevelMesh, level_asset};
+use seamwise::levels::{DressedLevel, LevelMesh, level_asset};
 use seamwise::parts::level_parts;
 use seamwise::read::read;
 use seamwise::surfaces::weld_all;
@@ -146,10 +147,13 @@ impl Subject {
                     .zip(levels)
                     .map(|(geometry, level)| LevelMesh {
                         geometry,
-                        parts: level_parts(geometry, level).expect("parts"),
+                        parts: level_parts(geometry, level, &vec![None; geometry.parts.len()])
+                            .expect("parts"),
                     })
                     .collect();
-                let level = level_asset(asset, &meshes, &asset.images).expect("a document");
+                let shared = LevelTextures::shared(&asset.images, geometries);
+                let level = DressedLevel { meshes, textures: shared };
+                let level = level_asset(asset, &level).expect("a document");
                 load(&level, textures).expect("a sound level")
             }
         }

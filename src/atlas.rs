@@ -92,8 +92,16 @@ pub(crate) fn worn<'a>(
     primitive: &Primitive,
     materials: &'a [Vec<TextureSlot>],
 ) -> Result<Vec<&'a TextureSlot>> {
-    let worn = primitive.material.into_iter().chain(variants(asset, primitive)?);
-    Ok(worn.flat_map(|material| &materials[material]).collect())
+    Ok(worn_materials(asset, primitive)?.into_iter().flat_map(|own| &materials[own]).collect())
+}
+
+/// Every material that a primitive may wear: its own and those of `KHR_materials_variants`.
+pub(crate) fn worn_materials(asset: &Asset, primitive: &Primitive) -> Result<Vec<usize>> {
+    let at = format!("{}/extensions/KHR_materials_variants/mappings", primitive.at);
+    let mappings = asset.json.pointer(&at).and_then(Value::as_array).map_or(0, Vec::len);
+    let material = |mapping| asset.reference(&format!("{at}/{mapping}"), "material", "materials");
+    let variants = (0..mappings).filter_map(|mapping| material(mapping).transpose());
+    primitive.material.map(Ok).into_iter().chain(variants).collect()
 }
 
 fn add_primitive(
@@ -124,20 +132,12 @@ fn add_primitive(
 }
 
 /// The role of an image that is used in two: a color says most about what its texels mean.
-fn main_role(a: Role, b: Role) -> Role {
+pub(crate) fn main_role(a: Role, b: Role) -> Role {
     match (a, b) {
         (Role::Color, _) | (_, Role::Color) => Role::Color,
         (Role::Normal, _) | (_, Role::Normal) => Role::Normal,
         _ => Role::Data,
     }
-}
-
-/// Further materials that `KHR_materials_variants` puts on a primitive.
-fn variants(asset: &Asset, primitive: &Primitive) -> Result<Vec<usize>> {
-    let at = format!("{}/extensions/KHR_materials_variants/mappings", primitive.at);
-    let mappings = asset.json.pointer(&at).and_then(Value::as_array).map_or(0, Vec::len);
-    let material = |mapping| asset.reference(&format!("{at}/{mapping}"), "material", "materials");
-    (0..mappings).filter_map(|mapping| material(mapping).transpose()).collect()
 }
 
 impl Charts {

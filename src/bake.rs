@@ -13,12 +13,13 @@ use crate::asset::{Asset, EncodedImage};
 use crate::atlas::{ImageRepair, encode_repaired, repair_all};
 use crate::certificate::{Screen, certificate, certify};
 use crate::chains::{polish_all, simplify_all, triangle_count};
+use crate::dress::LevelTextures;
 use crate::error::{Error, Result};
 use crate::evaluate::load::{TextureCache, load};
 use crate::evaluate::{self, Metrics, Reference};
 use crate::geometry::Geometry;
 use crate::images::Encoding;
-use crate::levels::{Coverage, LevelMesh, chain_asset, level_asset};
+use crate::levels::{Coverage, DressedLevel, LevelMesh, chain_asset, level_asset};
 use crate::options::{BakeOptions, Textures};
 use crate::parts::level_parts;
 use crate::progress::Progress;
@@ -29,6 +30,7 @@ use crate::report::threads::time_threads;
 use crate::report::{BakeReport, InputReport, LevelReport, Seconds, peak_memory};
 use crate::steering::MeshSteering;
 use crate::surfaces::weld_all;
+use crate::transfer::{Origin, Plan, transfer_all};
 use crate::write::{refuse_overwriting, to_glb, write_files};
 
 /// Where an asset comes from.
@@ -124,6 +126,10 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
     let mut clock = Clock::default();
     let asset = clock.time(|s| &mut s.read, || input.read())?;
     let geometries = clock.time(|s| &mut s.weld, || weld_all(&asset))?;
+    let plan = match options.textures {
+        Textures::Transfer(_) => Some(Plan::new(&asset, &geometries)?),
+        Textures::Repair | Textures::Keep => None,
+    };
     let steering = options.steering.resolve(&asset, &geometries, options.memory_limit)?;
     let simplify = || simplify_all(&geometries, &steering, options, progress);
     let mut chains = clock.time(|s| &mut s.simplify, simplify)?;
@@ -133,28 +139,41 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
     }
     let repairs = clock.time(|s| &mut s.repair, || repair_images(&asset, options))?;
     let images = clock.time(|s| &mut s.repair, || finish_images(&asset, repairs.as_deref()))?;
+    let textures = match (options.textures, &plan, &repairs) {
+        (Textures::Transfer(transfer), Some(plan), Some(repairs)) => {
+            let origin = Origin {
+                asset: &asset,
+                surfaces: &geometries,
+                repairs,
+                images: &images,
+                limit: options.memory_limit,
+            };
+            let run = || transfer_all(origin, plan, &chains, transfer, progress);
+            clock.time(|s| &mut s.transfer, run)?
+        }
+        _ => vec![LevelTextures::shared(&images, &geometries); options.targets.count()],
+    };
     let mut extras = Extras::default();
     if let (Some(repairs), Some(_)) = (repairs, options.report) {
         let draw = || draw_atlases(&asset, &repairs, options.memory_limit);
         extras.atlases = clock.time(|s| &mut s.report, draw)?;
     }
-    let parts: Vec<Vec<LevelMesh<'_>>> =
-        clock.time(|s| &mut s.write, || level_meshes(&geometries, &chains))?;
-    let mut levels = clock.time(|s| &mut s.write, || level_assets(&asset, &parts, &images))?;
-    let mut textures = TextureCache::with_limit(options.memory_limit);
+    let dressed = clock.time(|s| &mut s.write, || dress_levels(&geometries, &chains, textures))?;
+    let mut levels = clock.time(|s| &mut s.write, || level_assets(&asset, &dressed))?;
+    let mut cache = TextureCache::with_limit(options.memory_limit);
     let mut measured = None;
     if let Some(evaluation) = options.evaluation() {
-        let measure = || evaluate_all(&asset, &levels, evaluation, &mut textures, progress);
+        let measure = || evaluate_all(&asset, &levels, evaluation, &mut cache, progress);
         measured = Some(clock.time(|s| &mut s.evaluate, measure)?);
     }
     if options.report.is_some() {
-        let draw = || draw_all(&asset, &levels, &mut textures, progress);
+        let draw = || draw_all(&asset, &levels, &mut cache, progress);
         extras.gallery = Some(clock.time(|s| &mut s.report, draw)?);
     }
     let files = clock.time(
         |s| &mut s.write,
         || {
-            let chain = Chain { asset: &asset, parts: &parts, images: &images };
+            let chain = Chain { asset: &asset, levels: &dressed, images: &images };
             chain.encode(&mut levels, measured.as_ref(), &options.screen)
         },
     )?;
@@ -172,7 +191,7 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
 /// What all files of a bake are made from.
 struct Chain<'a> {
     asset: &'a Asset,
-    parts: &'a [Vec<LevelMesh<'a>>],
+    levels: &'a [DressedLevel<'a>],
     images: &'a [EncodedImage],
 }
 
@@ -190,12 +209,12 @@ impl Chain<'_> {
             sizes,
             diagonal: measured.diagonal,
         });
-        let mut all = chain_asset(self.asset, self.parts, self.images, coverage.as_ref())?;
+        let mut all = chain_asset(self.asset, self.levels, self.images, coverage.as_ref())?;
         if let Some(measured) = measured {
             let certificates: Vec<Value> = (0..levels.len())
                 .map(|index| {
-                    let parts =
-                        self.parts[index].iter().flat_map(|mesh| mesh.parts.iter().flatten());
+                    let meshes = self.levels[index].meshes.iter();
+                    let parts = meshes.flat_map(|mesh| mesh.parts.iter().flatten());
                     let triangles = parts.map(|part| part.indices.len() / 3).sum();
                     certificate(index + 1, &measured.metrics[index], triangles, screen)
                 })
@@ -238,7 +257,9 @@ impl Clock {
 fn repair_images(asset: &Asset, options: &BakeOptions) -> Result<Option<Vec<ImageRepair>>> {
     match options.textures {
         Textures::Keep => Ok(None),
-        Textures::Repair => repair_all(asset, options.memory_limit).map(Some),
+        Textures::Repair | Textures::Transfer(_) => {
+            repair_all(asset, options.memory_limit).map(Some)
+        }
     }
 }
 
@@ -249,32 +270,25 @@ fn finish_images(asset: &Asset, repairs: Option<&[ImageRepair]>) -> Result<Vec<E
     }
 }
 
-/// All meshes of each level as primitives.
-fn level_meshes<'a>(
+/// All meshes of each level as primitives, with what they wear.
+fn dress_levels<'a>(
     geometries: &'a [Geometry],
     chains: &[Vec<Level>],
-) -> Result<Vec<Vec<LevelMesh<'a>>>> {
-    let levels = chains.first().map_or(0, Vec::len);
-    (0..levels)
-        .map(|level| {
-            geometries
-                .par_iter()
-                .zip(chains)
-                .map(|(geometry, chain)| {
-                    Ok(LevelMesh { geometry, parts: level_parts(geometry, &chain[level])? })
-                })
-                .collect()
-        })
-        .collect()
+    textures: Vec<LevelTextures>,
+) -> Result<Vec<DressedLevel<'a>>> {
+    let dress = |(level, textures): (usize, LevelTextures)| {
+        let surfaces = geometries.par_iter().zip(chains).zip(&textures.sets);
+        let meshes = surfaces.map(|((geometry, chain), sets)| {
+            Ok(LevelMesh { geometry, parts: level_parts(geometry, &chain[level], sets)? })
+        });
+        Ok(DressedLevel { meshes: meshes.collect::<Result<_>>()?, textures })
+    };
+    textures.into_iter().enumerate().map(dress).collect()
 }
 
 /// The levels as documents.
-fn level_assets(
-    asset: &Asset,
-    parts: &[Vec<LevelMesh<'_>>],
-    images: &[EncodedImage],
-) -> Result<Vec<Asset>> {
-    parts.par_iter().map(|meshes| level_asset(asset, meshes, images)).collect()
+fn level_assets(asset: &Asset, levels: &[DressedLevel<'_>]) -> Result<Vec<Asset>> {
+    levels.par_iter().map(|level| level_asset(asset, level)).collect()
 }
 
 /// The source and the levels in pictures.

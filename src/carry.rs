@@ -22,8 +22,8 @@ use crate::skin::{Named, Sets};
 
 /// Where the vertices of a level come from.
 pub(crate) struct Carrier<'a> {
-    geometry: &'a Geometry,
-    level: &'a Level,
+    pub(crate) geometry: &'a Geometry,
+    pub(crate) level: &'a Level,
     /// One per wedge of the level; none at all if nothing moves.
     origins: Vec<Origin>,
 }

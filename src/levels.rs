@@ -11,6 +11,7 @@ use serde_json::{Map, Value, json};
 use crate::accessor::Elements;
 use crate::asset::{Asset, EncodedImage};
 use crate::certificate::Screen;
+use crate::dress::{LevelTextures, dress, dress_apart};
 use crate::error::{Error, Result};
 use crate::geometry::{Geometry, Part};
 use crate::nodes::world_nodes;
@@ -27,21 +28,27 @@ pub struct LevelMesh<'a> {
     pub parts: Vec<Option<LevelPart>>,
 }
 
-/// The asset with the surfaces of its meshes replaced by one level of each, and its images by
-/// `images`.
+/// A level of a whole asset.
+#[derive(Clone, Debug)]
+pub struct DressedLevel<'a> {
+    /// One per surface.
+    pub meshes: Vec<LevelMesh<'a>>,
+    /// What they wear.
+    pub textures: LevelTextures,
+}
+
+/// The asset with the surfaces of its meshes replaced by one level of each, in the textures of that
+/// level.
 ///
 /// # Errors
 /// [`Error::Invalid`] if the document's meshes are malformed.
-pub fn level_asset(
-    asset: &Asset,
-    meshes: &[LevelMesh<'_>],
-    images: &[EncodedImage],
-) -> Result<Asset> {
+pub fn level_asset(asset: &Asset, level: &DressedLevel<'_>) -> Result<Asset> {
+    let DressedLevel { meshes, textures } = level;
     let mut packer = Packer::new(asset, &replaced_accessors(asset, meshes)?);
     for surface in meshes {
         for &mesh in &surface.geometry.meshes {
             let source = asset.json["meshes"][mesh]["primitives"].clone();
-            let mut primitives = level_primitives(&mut packer, &source, surface, mesh)?;
+            let mut primitives = level_primitives(&mut packer, &source, (surface, mesh), None)?;
             if primitives.is_empty() {
                 leave_out(packer.json(), mesh);
                 primitives.push(nothing(&mut packer));
@@ -49,9 +56,7 @@ pub fn level_asset(
             packer.json()["meshes"][mesh]["primitives"] = Value::Array(primitives);
         }
     }
-    for (index, image) in images.iter().enumerate() {
-        packer.set_image(index, image.clone());
-    }
+    dress(&mut packer, textures)?;
     Ok(packer.finish())
 }
 
@@ -77,18 +82,24 @@ pub struct Coverage<'a> {
 /// [`Error::Invalid`] if the document's meshes or nodes are malformed.
 pub fn chain_asset(
     asset: &Asset,
-    levels: &[Vec<LevelMesh<'_>>],
+    levels: &[DressedLevel<'_>],
     images: &[EncodedImage],
     coverage: Option<&Coverage<'_>>,
 ) -> Result<Asset> {
     let mut packer = Packer::new(asset, &[]);
+    for (index, image) in images.iter().enumerate() {
+        packer.set_image(index, image.clone());
+    }
     let mut level_meshes = vec![Vec::new(); asset.count("meshes")];
-    for (level, meshes) in levels.iter().enumerate() {
+    for (level, DressedLevel { meshes, textures }) in levels.iter().enumerate() {
+        let materials = dress_apart(&mut packer, asset, textures)?;
         for (surface, &mesh) in
             meshes.iter().flat_map(|s| s.geometry.meshes.iter().map(move |m| (s, m)))
         {
             let mut json = asset.json["meshes"][mesh].clone();
-            let primitives = level_primitives(&mut packer, &json["primitives"], surface, mesh)?;
+            let own = (surface, mesh);
+            let primitives =
+                level_primitives(&mut packer, &json["primitives"], own, Some(&materials))?;
             let is_left = !primitives.is_empty();
             json["primitives"] = Value::Array(primitives);
             add_suffix(&mut json, level + 1);
@@ -105,7 +116,10 @@ pub fn chain_asset(
             continue;
         }
         let linked = link_levels(packer.json(), node, &level_meshes[mesh])?;
-        let surface = levels.iter().flatten().find(|level| level.geometry.meshes.contains(&mesh));
+        let surface = levels
+            .iter()
+            .flat_map(|level| &level.meshes)
+            .find(|level| level.geometry.meshes.contains(&mesh));
         if let (Some(coverage), Some(level), Some(world)) = (coverage, surface, worlds.get(&node)) {
             let share = diagonal(level.geometry, mesh, world) / coverage.diagonal;
             let coverages = coverage.screen.coverages(coverage.sizes, share);
@@ -113,9 +127,6 @@ pub fn chain_asset(
         }
     }
     name_extension(packer.json(), "MSFT_lod");
-    for (index, image) in images.iter().enumerate() {
-        packer.set_image(index, image.clone());
-    }
     Ok(packer.finish())
 }
 
@@ -162,12 +173,13 @@ fn collect_accessors(json: &Value, found: &mut BTreeSet<usize>) {
 }
 
 /// The primitives of a mesh with its surface parts replaced; points and lines stay. None at all if a
-/// surface of several meshes has no triangle left in this one.
+/// surface of several meshes has no triangle left in this one. `materials` tells which the level wears
+/// instead of the source's, if they are others.
 fn level_primitives(
     packer: &mut Packer,
     source: &Value,
-    surface: &LevelMesh<'_>,
-    mesh: usize,
+    (surface, mesh): (&LevelMesh<'_>, usize),
+    materials: Option<&[usize]>,
 ) -> Result<Vec<Value>> {
     let mut primitives = Vec::new();
     for (index, json) in source.as_array().into_iter().flatten().enumerate() {
@@ -175,10 +187,27 @@ fn level_primitives(
         match surface.geometry.parts.iter().position(is_own).map(|part| &surface.parts[part]) {
             None => primitives.push(json.clone()),
             Some(None) => {}
-            Some(Some(part)) => primitives.push(level_primitive(packer, json, part)?),
+            Some(Some(part)) => {
+                let mut json = level_primitive(packer, json, part)?;
+                materials.into_iter().for_each(|materials| change_materials(&mut json, materials));
+                primitives.push(json);
+            }
         }
     }
     Ok(primitives)
+}
+
+/// Puts other materials on a primitive, and on its variants.
+fn change_materials(primitive: &mut Value, materials: &[usize]) {
+    let change = |json: &mut Value| {
+        if let Some(material) = json.get_mut("material") {
+            let own = material.as_u64().and_then(|own| materials.get(own as usize));
+            *material = own.map_or(Value::Null, |own| json!(own));
+        }
+    };
+    let mappings = primitive.pointer_mut("/extensions/KHR_materials_variants/mappings");
+    mappings.and_then(Value::as_array_mut).into_iter().flatten().for_each(change);
+    change(primitive);
 }
 
 /// Takes a mesh from the nodes that show it.

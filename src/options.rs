@@ -7,6 +7,7 @@ use crate::error::{Error, Result};
 use crate::evaluate;
 use crate::limit::MemoryLimit;
 use crate::steering::Steering;
+use crate::transfer::TransferOptions;
 
 /// Options of a bake.
 #[derive(Clone, Debug, PartialEq)]
@@ -130,8 +131,11 @@ impl Targets {
 }
 
 /// What becomes of an asset's textures.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Textures {
+    /// Each level has its own, sampled from the surface of the source; what can't be told apart in
+    /// its layout is shared as in a repair.
+    Transfer(TransferOptions),
     /// All levels share the source's, with every texel that no chart covers filled.
     Repair,
     /// All levels share the source's as they are.

@@ -54,6 +54,17 @@ impl Packer {
         &mut self.asset.json
     }
 
+    /// The asset as it is by now.
+    pub(crate) fn asset(&self) -> &Asset {
+        &self.asset
+    }
+
+    /// Adds an image.
+    pub(crate) fn add_image(&mut self, image: EncodedImage) -> usize {
+        self.asset.images.push(image);
+        put(&mut self.asset.json, "images", None, json!({}))
+    }
+
     /// Replaces an image.
     pub(crate) fn set_image(&mut self, index: usize, image: EncodedImage) {
         self.asset.images[index] = image;
@@ -153,7 +164,7 @@ fn empty_accessor() -> Value {
 }
 
 /// Puts an object into a free slot of a list, or at its end.
-fn put(json: &mut Value, list: &str, slot: Option<usize>, object: Value) -> usize {
+pub(crate) fn put(json: &mut Value, list: &str, slot: Option<usize>, object: Value) -> usize {
     let list = &mut json[list];
     if list.is_null() {
         *list = json!([]);

@@ -3,16 +3,17 @@
 //! UVs, normals and `COLOR_0` come from the level's wedges, tangents are computed anew, and all
 //! else is taken over from the source as `carry` tells.
 
-use glam::{Vec2, Vec3, Vec4};
+use glam::Vec4;
 use gltf::json::accessor::ComponentType;
 use rustc_hash::FxHashMap;
-use seamwise_attr::{Level, Mesh, TangentInput, WedgeId, compute_tangents};
+use seamwise_attr::{Level, WedgeId};
 
 use crate::accessor::Elements;
 use crate::carry::{Carrier, Footing, blend, copy, skin};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::geometry::{Geometry, Part, is_motion};
 use crate::skin::Named;
+use crate::tangents::Corners;
 
 /// A primitive of a level, ready to be written.
 #[derive(Clone, Debug)]
@@ -28,26 +29,36 @@ pub struct LevelPart {
 /// Turns a level back into primitives, one for each part of the source. A part of which no
 /// triangle is left is `None`.
 ///
+/// `sets` holds one UV set per part whose normal map is made anew, so that the level needs the tangents
+/// that it is made for; others have tangents if the source has.
+///
 /// # Errors
 /// [`Error::Internal`] if the level does not belong to the geometry.
-pub fn level_parts(geometry: &Geometry, level: &Level) -> Result<Vec<Option<LevelPart>>> {
+pub fn level_parts(
+    geometry: &Geometry,
+    level: &Level,
+    sets: &[Option<usize>],
+) -> Result<Vec<Option<LevelPart>>> {
     let carrier = Carrier::new(geometry, level);
-    (0..geometry.parts.len()).map(|group| level_part(geometry, level, &carrier, group)).collect()
+    let part = |(group, set): (usize, &Option<usize>)| level_part(&carrier, group, *set);
+    sets.iter().enumerate().map(part).collect()
 }
 
 fn level_part(
-    geometry: &Geometry,
-    level: &Level,
     carrier: &Carrier<'_>,
     group: usize,
+    set: Option<usize>,
 ) -> Result<Option<LevelPart>> {
+    let Carrier { geometry, level, .. } = *carrier;
     let corners = Corners::of_group(&level.mesh, group as u32);
     if corners.triangles.is_empty() {
         return Ok(None);
     }
     let part = &geometry.parts[group];
-    let tangents = match part.primitive.accessor("TANGENT") {
-        Some(_) => tangents(&level.mesh, &corners, part.normal_uv)?,
+    let has_tangents = part.primitive.accessor("TANGENT").is_some();
+    let set = set.or(has_tangents.then_some(part.normal_uv));
+    let tangents = match set {
+        Some(set) => corners.tangents(&level.mesh, set)?,
         None => Vec::new(),
     };
     let vertices = split_by_tangent(&corners, &tangents);
@@ -59,11 +70,14 @@ fn level_part(
         .map(|(name, elements)| (name.clone(), copy(elements, &footings)))
         .chain(skin(part, &footings))
         .collect();
-    let names = part.primitive.attributes.iter().map(|(name, _)| name);
+    let mut names: Vec<&str> =
+        part.primitive.attributes.iter().map(|(name, _)| name.as_str()).collect();
+    if set.is_some() && !has_tangents {
+        names.push("TANGENT");
+    }
+    let made = |name: &str| (name.to_owned(), attribute(name, part, level, &vertices, &carried));
     Ok(Some(LevelPart {
-        attributes: names
-            .map(|name| (name.clone(), attribute(name, part, level, &vertices, &carried)))
-            .collect(),
+        attributes: names.into_iter().map(made).collect(),
         targets: (0..part.targets.len()).map(|index| target(part, index, &footings)).collect(),
         indices: vertices.indices,
     }))
@@ -88,54 +102,6 @@ fn target(part: &Part, index: usize, footings: &[Footing<'_>]) -> Vec<Named> {
 /// Whether deltas of an attribute mean the same all over a surface: those of UVs do not across a seam.
 fn is_blended(name: &str) -> bool {
     matches!(name, "POSITION" | "NORMAL" | "TANGENT") || name.starts_with("COLOR_")
-}
-
-/// The triangles of one group over the wedges they use.
-struct Corners {
-    wedges: Vec<WedgeId>,
-    /// Indices into `wedges`.
-    triangles: Vec<[u32; 3]>,
-}
-
-impl Corners {
-    fn of_group(mesh: &Mesh, group: u32) -> Self {
-        let mut corners = Self { wedges: Vec::new(), triangles: Vec::new() };
-        let mut local: FxHashMap<WedgeId, u32> = FxHashMap::default();
-        for (wedges, _) in mesh.triangles.iter().zip(&mesh.groups).filter(|&(_, &g)| g == group) {
-            corners.triangles.push(wedges.map(|wedge| {
-                *local.entry(wedge).or_insert_with(|| {
-                    corners.wedges.push(wedge);
-                    corners.wedges.len() as u32 - 1
-                })
-            }));
-        }
-        corners
-    }
-}
-
-/// Tangents at the corners of a group, in the space of the UV set of its normal map.
-fn tangents(mesh: &Mesh, corners: &Corners, uv_set: usize) -> Result<Vec<[Vec4; 3]>> {
-    let layout = mesh.layout;
-    let row = |wedge: &WedgeId| mesh.row(*wedge);
-    let positions: Vec<Vec3> =
-        corners.wedges.iter().map(|&w| mesh.positions[mesh.wedge_points[w]]).collect();
-    let normals: Vec<Vec3> = corners
-        .wedges
-        .iter()
-        .map(|w| if layout.normal { Vec3::from_slice(&row(w)[layout.normal()..]) } else { Vec3::Z })
-        .collect();
-    let uvs: Vec<Vec2> = corners
-        .wedges
-        .iter()
-        .map(|&w| if uv_set < layout.uv_sets { mesh.uv(w, uv_set) } else { Vec2::ZERO })
-        .collect();
-    compute_tangents(&TangentInput {
-        positions: &positions,
-        normals: &normals,
-        uvs: &uvs,
-        triangles: &corners.triangles,
-    })
-    .map_err(|error| Error::Internal { what: error.to_string() })
 }
 
 /// The vertices of a primitive: a wedge, once for each tangent that its corners have.

@@ -24,6 +24,8 @@ pub struct TextureSlot {
     pub uv_set: usize,
     /// From a vertex's UV to the texture's, after `KHR_texture_transform`.
     pub transform: Affine2,
+    /// Factor on x and y of a normal.
+    pub normal_scale: f32,
 }
 
 /// Every texture of a material, those of its extensions too: whatever stands under a key that ends
@@ -68,7 +70,10 @@ fn slot(asset: &Asset, at: String) -> Result<TextureSlot> {
         }
     };
     let (uv_set, transform) = layout(asset, &at)?;
-    Ok(TextureSlot { role: role(&at), image, wrap, uv_set, transform, at })
+    let role = role(&at);
+    let has_scale = role == Role::Normal;
+    let normal_scale = if has_scale { parse_or(asset, &format!("{at}/scale"), 1.0)? } else { 1.0 };
+    Ok(TextureSlot { role, image, wrap, uv_set, transform, normal_scale, at })
 }
 
 fn wrap(asset: &Asset, at: &str) -> Result<Wrap> {

@@ -15,6 +15,7 @@ use seamwise::evaluate;
 use seamwise::evaluate::scene::Mode;
 use seamwise::limit::MemoryLimit;
 use seamwise::options::{BakeOptions, ReportOptions, Targets, Textures};
+use seamwise::transfer::{BakeNormals, TransferOptions};
 use seamwise_attr::Polish;
 use steering::SteeringArgs;
 
@@ -90,6 +91,14 @@ pub(crate) struct BakeArgs {
     /// What becomes of the textures.
     #[arg(long, value_enum, default_value_t = TextureMode::Repair)]
     textures: TextureMode,
+    /// With transfer: the side of each level's textures over those of the level before, above 0 and
+    /// up to 1.
+    #[arg(long, default_value_t = TransferOptions::default().scale, value_name = "S")]
+    texture_scale: f64,
+    /// With transfer: whether lit materials without a normal map gain one, with the shape that the
+    /// level has lost.
+    #[arg(long, value_enum, default_value_t = NormalMode::Auto)]
+    bake_normals: NormalMode,
     /// Do not measure the levels.
     #[arg(long)]
     no_evaluate: bool,
@@ -127,10 +136,34 @@ fn parse_tolerance(text: &str) -> std::result::Result<f64, String> {
 /// `--textures`.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub(crate) enum TextureMode {
+    /// Each level has its own, sampled from the surface of the source, of half the size of the level
+    /// before.
+    Transfer,
     /// All levels share the source's, with every texel that no chart covers filled.
     Repair,
     /// All levels share the source's as they are.
     Keep,
+}
+
+/// `--bake-normals`.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum NormalMode {
+    /// Where the shading normals of a level are off by more than a degree.
+    Auto,
+    /// On every lit material.
+    On,
+    /// Nowhere.
+    Off,
+}
+
+impl From<NormalMode> for BakeNormals {
+    fn from(mode: NormalMode) -> Self {
+        match mode {
+            NormalMode::Auto => Self::Auto,
+            NormalMode::On => Self::On,
+            NormalMode::Off => Self::Off,
+        }
+    }
 }
 
 impl BakeArgs {
@@ -157,6 +190,10 @@ impl BakeArgs {
             steering: self.steering.resolve()?,
             polish: self.polish(),
             textures: match self.textures {
+                TextureMode::Transfer => Textures::Transfer(TransferOptions {
+                    scale: self.texture_scale,
+                    bake_normals: self.bake_normals.into(),
+                }),
                 TextureMode::Repair => Textures::Repair,
                 TextureMode::Keep => Textures::Keep,
             },

@@ -59,6 +59,7 @@ mod repair;
 mod samples;
 mod scale;
 mod sharing;
+pub mod transfer;
 mod validity;
 mod wrap;
 

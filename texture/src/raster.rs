@@ -247,6 +247,28 @@ impl UvTriangle {
         let sum = areas[0] + areas[1] + areas[2];
         if sum > 0.0 { areas.map(|area| area / sum) } else { [1.0 / 3.0; 3] }
     }
+
+    /// The point of the triangle nearest to `p`, in texels.
+    pub(crate) fn nearest(&self, p: DVec2) -> DVec2 {
+        if self.edges.iter().all(|edge| edge.at(p) - edge.slack >= 0.0) {
+            return p;
+        }
+        let on_side = |i: usize| {
+            let (a, b) = (self.corners[i], self.corners[(i + 1) % 3]);
+            let along = b - a;
+            a + along * ((p - a).dot(along) / along.length_squared()).clamp(0.0, 1.0)
+        };
+        let [a, b, c] = [0, 1, 2].map(on_side);
+        let nearer = |a: DVec2, b: DVec2| {
+            if b.distance_squared(p) < a.distance_squared(p) { b } else { a }
+        };
+        nearer(nearer(a, b), c)
+    }
+
+    /// How far `p` is from the triangle, in texels; 0 inside.
+    pub(crate) fn distance(&self, p: DVec2) -> f64 {
+        self.nearest(p).distance(p)
+    }
 }
 
 /// The first integer where `holds`, which is false below some integer and true from it on; `guess`

@@ -1,0 +1,138 @@
+//! Putting a level's textures into a document: in place of the source's where a level stands alone,
+//! beside them where all levels share a document.
+
+use std::sync::Arc;
+
+use serde_json::{Value, json};
+
+use crate::asset::{Asset, EncodedImage};
+use crate::error::{Error, Result};
+use crate::geometry::Geometry;
+use crate::pack::{Packer, put};
+use crate::textures::slots;
+
+/// What a level wears.
+#[derive(Clone, Debug, Default)]
+pub struct LevelTextures {
+    /// One per image of the source.
+    pub images: Vec<EncodedImage>,
+    /// Normal maps for materials that have none.
+    pub normals: Vec<NormalMap>,
+    /// One per surface and part: the UV set by whose tangents its normal map is read, if one was
+    /// made for the level.
+    pub sets: Vec<Vec<Option<usize>>>,
+}
+
+impl LevelTextures {
+    /// Those of the source.
+    pub fn shared(images: &[EncodedImage], surfaces: &[Geometry]) -> Self {
+        let sets = surfaces.iter().map(|surface| vec![None; surface.parts.len()]).collect();
+        Self { images: images.to_vec(), normals: Vec::new(), sets }
+    }
+}
+
+/// A normal map for materials that have none.
+#[derive(Clone, Debug)]
+pub struct NormalMap {
+    /// The image.
+    pub image: EncodedImage,
+    /// The materials.
+    pub materials: Vec<usize>,
+    /// JSON pointer of the texture info that it is read like.
+    pub like: String,
+}
+
+/// Dresses the document's own materials.
+pub(crate) fn dress(packer: &mut Packer, textures: &LevelTextures) -> Result<()> {
+    for (index, image) in textures.images.iter().enumerate() {
+        packer.set_image(index, image.clone());
+    }
+    let materials: Vec<usize> = (0..packer.asset().count("materials")).collect();
+    add_normals(packer, textures, &materials)
+}
+
+/// Adds what a level wears beside what the source does: one entry per material of the source, the
+/// material that the level wears instead. `materials` and images of `source` are those of the
+/// document's beginning.
+pub(crate) fn dress_apart(
+    packer: &mut Packer,
+    source: &Asset,
+    textures: &LevelTextures,
+) -> Result<Vec<usize>> {
+    let new = add_textures(packer, source, textures);
+    let gains = |material| textures.normals.iter().any(|own| own.materials.contains(&material));
+    let mut materials = Vec::new();
+    for material in 0..source.count("materials") {
+        let mut json = source.json["materials"][material].clone();
+        let at = format!("/materials/{material}");
+        let mut is_other = gains(material);
+        for slot in slots(source, material)? {
+            let texture = source.reference(&slot.at, "index", "textures")?.unwrap_or_default();
+            let info = slot.at.strip_prefix(&at).and_then(|own| json.pointer_mut(own));
+            if let (Some(info), Some(new)) = (info, new[texture]) {
+                info["index"] = json!(new);
+                is_other = true;
+            }
+        }
+        let own = if is_other { put(packer.json(), "materials", None, json) } else { material };
+        materials.push(own);
+    }
+    add_normals(packer, textures, &materials)?;
+    Ok(materials)
+}
+
+/// Adds images that differ from the document's, and a texture for each that shows one. One per texture
+/// of the source: what stands for it.
+fn add_textures(
+    packer: &mut Packer,
+    source: &Asset,
+    textures: &LevelTextures,
+) -> Vec<Option<usize>> {
+    let mut new = Vec::new();
+    for (index, image) in textures.images.iter().enumerate() {
+        let is_same = Arc::ptr_eq(&packer.asset().images[index].bytes, &image.bytes);
+        new.push((!is_same).then(|| packer.add_image(image.clone())));
+    }
+    let mut texture_of = Vec::new();
+    for texture in source.json["textures"].as_array().into_iter().flatten() {
+        let mut json = texture.clone();
+        let is_other = redirect(&mut json, &new);
+        texture_of.push(is_other.then(|| put(packer.json(), "textures", None, json)));
+    }
+    texture_of
+}
+
+/// Turns every source of a texture, its extensions' too, to the new images; false if it has none.
+fn redirect(texture: &mut Value, new: &[Option<usize>]) -> bool {
+    let mut is_other = false;
+    for (key, value) in texture.as_object_mut().into_iter().flatten() {
+        let image = value.as_u64().and_then(|image| *new.get(image as usize)?);
+        match (key.as_str(), image) {
+            ("source", Some(image)) => {
+                *value = json!(image);
+                is_other = true;
+            }
+            _ => is_other |= value.is_object() && redirect(value, new),
+        }
+    }
+    is_other
+}
+
+/// Adds normal maps; `materials` tells where those of the source stand.
+fn add_normals(packer: &mut Packer, textures: &LevelTextures, materials: &[usize]) -> Result<()> {
+    for normals in &textures.normals {
+        let invalid = || Error::invalid(&normals.like, "there is no such texture");
+        let mut info = packer.json().pointer(&normals.like).cloned().ok_or_else(invalid)?;
+        let like = info["index"].as_u64().ok_or_else(invalid)? as usize;
+        let image = packer.add_image(normals.image.clone());
+        let mut texture = json!({"source": image});
+        if let Some(sampler) = packer.json()["textures"][like].get("sampler") {
+            texture["sampler"] = sampler.clone();
+        }
+        info["index"] = json!(put(packer.json(), "textures", None, texture));
+        for &material in &normals.materials {
+            packer.json()["materials"][materials[material]]["normalTexture"] = info.clone();
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,226 @@
+//! The texels of a level, each sampled from the source surface itself.
+//!
+//! A level's UVs slide over its textures, and a repair fills with what is likely where they leave
+//! the charts. A transfer makes it right instead: every texel of a level's charts, and of the gutter
+//! around them, is cast to the source along the level's normal ([`correspond`]), and every image of
+//! the source is read there ([`Picture`]), colors in linear light. Whatever no chart covers is left
+//! to [`repair`](fn@crate::repair).
+//!
+//! A normal map takes the source's shading normal, its own normal map included, in the tangent space
+//! of the level (MikkTSpace; Cignoni, Montani, Rocchini & Scopigno, "A general method for preserving
+//! attribute values on simplified meshes", Visualization 1998; Cohen, Olano & Manocha,
+//! "Appearance-preserving simplification", SIGGRAPH 1998): so it carries the shape that the level
+//! has lost.
+//!
+//! A texel larger than the source's is the mean of up to [`MOST_PARTS`]² places in it, each cast by
+//! itself, so that geometry finer than a texel is averaged too; what is larger still reads mip maps.
+//!
+//! Guaranteed: a level equal to its source, in an image of the same size, gets the texels that the
+//! source has, but for rounding; a place of the source is of the same group, and faces the same way
+//! wherever the group has such a place; the same at any thread count. Not guaranteed: that of two
+//! sheets of one group that face the same way, nearer to each other than the level is to the source,
+//! the right one is found; and where charts of the level overlap, only the first is served.
+
+mod correspond;
+mod owners;
+mod picture;
+mod row;
+mod side;
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use glam::{Affine2, Vec2, Vec3, Vec4};
+use image::{ColorType, DynamicImage};
+use rayon::prelude::*;
+
+use crate::samples::with_buffer;
+use crate::{Result, Role, Validity, Wrap};
+use owners::Owners;
+use row::{Caster, Row, write};
+
+pub use correspond::Source;
+pub use picture::Picture;
+pub use side::Side;
+
+/// Places along each side of a texel, at most.
+const MOST_PARTS: usize = 4;
+/// How far around the charts texels are cast too, in texels: what bilinear taps at their rims read.
+const GUTTER: f64 = 1.5;
+/// Rows that are made before they are written.
+const ROWS: usize = 64;
+
+/// A level of a source.
+#[derive(Clone, Copy)]
+pub struct Pair<'a> {
+    /// What its texels come from.
+    pub source: &'a Source<'a>,
+    /// The level; its groups are the source's.
+    pub level: Side<'a>,
+    /// How far from the level a ray looks for the source, in the units of the mesh.
+    pub cage: f32,
+}
+
+/// A triangle of a level in the atlas.
+#[derive(Clone, Copy, Debug)]
+pub struct Face {
+    /// Index of its pair.
+    pub pair: u32,
+    /// Its number in the level.
+    pub triangle: u32,
+    /// Which reading of each output is its own.
+    pub reading: u32,
+    /// Its corners in the atlas.
+    pub uvs: [Vec2; 3],
+}
+
+/// How triangles of the source read an image.
+#[derive(Clone, Copy, Debug)]
+pub struct Reading<'a> {
+    /// The image; none reads as white, or as a flat normal.
+    pub picture: Option<&'a Picture>,
+    /// The UV set of the mesh.
+    pub uv_set: usize,
+    /// From the UV to the image's.
+    pub transform: Affine2,
+    /// How UVs outside 0…1 are read, for u and v.
+    pub wrap: [Wrap; 2],
+    /// Factor on x and y of a normal as the source reads it.
+    pub normal_scale: f32,
+    /// The same factor as the level will.
+    pub level_normal_scale: f32,
+}
+
+/// An image to be made.
+#[derive(Clone, Debug)]
+pub struct Output<'a> {
+    /// What its texels mean.
+    pub role: Role,
+    /// How they are stored.
+    pub color: ColorType,
+    /// Where they come from, for each reading that a face names; `None` for faces that do not wear it.
+    pub readings: Vec<Option<Reading<'a>>>,
+}
+
+/// An atlas to be made anew.
+#[derive(Clone, Copy)]
+pub struct Job<'a> {
+    /// The surfaces.
+    pub pairs: &'a [Pair<'a>],
+    /// Their triangles.
+    pub faces: &'a [Face],
+    /// Width and height of all images.
+    pub size: [usize; 2],
+    /// How the level will read them beyond their edges.
+    pub wrap: [Wrap; 2],
+    /// Whether the level's charts lie where the source's do. Then what lies around those is taken over:
+    /// a level equal to its source reads the same up to its rims.
+    pub is_in_place: bool,
+    /// The images.
+    pub outputs: &'a [Output<'a>],
+}
+
+/// What a transfer made.
+#[derive(Clone, Debug)]
+pub struct Transferred {
+    /// One per output, with the texels that were made; others hold nothing.
+    pub images: Vec<(DynamicImage, Validity)>,
+    /// RMS angle between the shading normals of the source and the level's own, in degrees.
+    pub normal_degrees_rms: f64,
+}
+
+/// Makes the images of an atlas. `rows` counts those that are done.
+///
+/// # Errors
+/// [`Error::Invalid`](crate::Error::Invalid) if an output's kind of image is none that
+/// [`repair`](fn@crate::repair) knows.
+pub fn transfer(job: &Job<'_>, rows: &AtomicUsize) -> Result<Transferred> {
+    let [width, height] = job.size;
+    let parts = job.parts();
+    let fine = job.size.map(|side| side * parts);
+    let owners = Owners::new(fine, job.wrap, job.faces, GUTTER * parts as f64);
+    let blank = |output: &Output<'_>| DynamicImage::new(width as u32, height as u32, output.color);
+    let mut images: Vec<DynamicImage> = job.outputs.iter().map(blank).collect();
+    let mut made = vec![Vec::with_capacity(width * height); job.outputs.len()];
+    let caster = Caster { job, owners: &owners, parts, fine, lods: job.lods(fine) };
+    let (mut bend, mut bends) = (0.0, 0usize);
+    for first in (0..height).step_by(ROWS) {
+        let cast: Vec<Row> = (first..(first + ROWS).min(height))
+            .into_par_iter()
+            .map(|y| {
+                let row = caster.row(y);
+                rows.fetch_add(1, Ordering::Relaxed);
+                row
+            })
+            .collect();
+        bend += cast.iter().map(|row| row.bend).sum::<f64>();
+        bends += cast.iter().map(|row| row.bends).sum::<usize>();
+        for (index, (image, output)) in images.iter_mut().zip(job.outputs).enumerate() {
+            let own = index * width..(index + 1) * width;
+            let values: Vec<&[Vec4]> = cast.iter().map(|row| &row.values[own.clone()]).collect();
+            with_buffer!(image, buffer => write(buffer, output.role, first, &values))?;
+            cast.iter().for_each(|row| made[index].extend_from_slice(&row.made[own.clone()]));
+        }
+    }
+    let validity = |made| Validity::from_flags(width, height, made);
+    Ok(Transferred {
+        images: images.into_iter().zip(made.into_iter().map(validity)).collect(),
+        normal_degrees_rms: (bend / bends.max(1) as f64).sqrt().to_degrees(),
+    })
+}
+
+/// The share of the texels covered by triangles that several of them cover, in an image of `size`.
+pub fn overlap(faces: &[Face], size: [usize; 2], wrap: [Wrap; 2]) -> f64 {
+    let owners = Owners::new(size, wrap, faces, 0.0);
+    owners.overlaps as f64 / owners.covered.max(1) as f64
+}
+
+impl Face {
+    /// The UV at weights of the corners.
+    fn uv(&self, weights: Vec3) -> Vec2 {
+        let [a, b, c] = self.uvs;
+        a * weights.x + b * weights.y + c * weights.z
+    }
+}
+
+impl Job<'_> {
+    /// How many places along each side of a texel are cast: about as many as texels of the source lie
+    /// there, in the largest image.
+    fn parts(&self) -> usize {
+        let ratio = |output: usize| {
+            let areas = self.faces.iter().map(|face| self.texel_areas(face, output, self.size));
+            let [source, own] =
+                areas.fold([0.0; 2], |sum, area| [sum[0] + area[0], sum[1] + area[1]]);
+            if own > 0.0 { (source / own).sqrt() } else { 1.0 }
+        };
+        let most = (0..self.outputs.len()).map(ratio).fold(1.0, f64::max);
+        (most.round() as usize).clamp(1, MOST_PARTS)
+    }
+
+    /// One per face and output: the level of detail at which its image is read, for texels of an
+    /// image of this size.
+    fn lods(&self, size: [usize; 2]) -> Vec<f32> {
+        let lod = |face: &Face, output: usize| {
+            let [source, own] = self.texel_areas(face, output, size);
+            if own > 0.0 && source > 0.0 { (0.5 * (source / own).log2()) as f32 } else { 0.0 }
+        };
+        let outputs = 0..self.outputs.len();
+        self.faces.iter().flat_map(|face| outputs.clone().map(move |at| lod(face, at))).collect()
+    }
+
+    /// The area of a face in texels of the source's image, and in those of an atlas of this size.
+    fn texel_areas(&self, face: &Face, output: usize, size: [usize; 2]) -> [f64; 2] {
+        let area = |corners: [Vec2; 3], size: Vec2| {
+            let [a, b, c] = corners.map(|uv| (uv * size).as_dvec2());
+            0.5 * (b - a).perp_dot(c - a).abs()
+        };
+        let own = area(face.uvs, Vec2::new(size[0] as f32, size[1] as f32));
+        let reading = &self.outputs[output].readings[face.reading as usize];
+        let Some((reading, picture)) = reading.and_then(|r| Some((r, r.picture?))) else {
+            return [own; 2];
+        };
+        let mesh = self.pairs[face.pair as usize].level.mesh;
+        let wedges = mesh.triangles[face.triangle as usize];
+        let uvs = wedges.map(|w| reading.transform.transform_point2(mesh.uv(w, reading.uv_set)));
+        [area(uvs, picture.size()), own]
+    }
+}

@@ -1,0 +1,223 @@
+//! Which triangle of a level each texel of an atlas belongs to.
+//!
+//! A texel whose center a triangle covers is that triangle's; of several the first one's. Around the
+//! charts lies a gutter, which bilinear taps at their rims read: there a texel belongs to the nearest
+//! triangle.
+
+use glam::{DVec2, DVec3, Vec2, Vec3};
+
+use super::Face;
+use crate::Wrap;
+use crate::raster::{UvTriangle, Window, to_texels};
+
+/// A center that is nearer to an edge, as a weight, may lie on it.
+const ON_EDGE: f64 = 1e-6;
+/// A place on the rim lies this share of the way to the triangle's middle inward.
+const INWARD: f64 = 0.01;
+/// A triangle over more repeats of the image than this owns nothing.
+const MOST_REPEATS: f64 = 8.0;
+
+/// For each texel its face.
+pub(super) struct Owners {
+    width: usize,
+    /// One per texel: 1 + its face, or 0.
+    faces: Vec<u32>,
+    /// Texels inside of more than one face.
+    pub(super) overlaps: usize,
+    /// Texels inside of a face.
+    pub(super) covered: usize,
+}
+
+impl Owners {
+    /// Finds the owners of the texels of an image of `size`, with a gutter of `reach` texels.
+    pub(super) fn new(size: [usize; 2], wrap: [Wrap; 2], faces: &[Face], reach: f64) -> Self {
+        let texels = size[0] * size[1];
+        let mut map = Self { width: size[0], faces: vec![0; texels], overlaps: 0, covered: 0 };
+        let place = |face: &Face| face.uvs.map(|uv| to_texels(uv, size));
+        let sound = |corners: &[DVec2; 3]| {
+            let far = size.map(|side| side as f64 * MOST_REPEATS);
+            corners.iter().all(|c| c.x.abs() <= far[0] && c.y.abs() <= far[1])
+        };
+        let triangles: Vec<Option<UvTriangle>> = faces
+            .iter()
+            .map(place)
+            .map(|corners| sound(&corners).then(|| UvTriangle::new(corners)).flatten())
+            .collect();
+        map.cover(size, wrap, &triangles);
+        map.extend(size, wrap, &triangles, reach);
+        map
+    }
+
+    fn cover(&mut self, size: [usize; 2], wrap: [Wrap; 2], triangles: &[Option<UvTriangle>]) {
+        let mut twice = vec![false; self.faces.len()];
+        let window = window(size, wrap);
+        for (own, triangle) in (1..).zip(triangles) {
+            let Some(triangle) = triangle else { continue };
+            triangle.texels(&window, |texel| {
+                let at = wrapped([texel.x, texel.y], size, wrap);
+                if self.faces[at] == 0 {
+                    self.faces[at] = own;
+                    self.covered += 1;
+                } else if texel.barycentrics.iter().all(|&b| b > ON_EDGE) {
+                    let other = triangles[self.faces[at] as usize - 1].as_ref();
+                    let center = DVec2::new(texel.x as f64 + 0.5, texel.y as f64 + 0.5);
+                    let inside = other.is_some_and(|other| {
+                        other.barycentrics(center).iter().all(|&b| b > ON_EDGE)
+                    });
+                    if inside && !std::mem::replace(&mut twice[at], true) {
+                        self.overlaps += 1;
+                    }
+                }
+            });
+        }
+    }
+
+    fn extend(
+        &mut self,
+        size: [usize; 2],
+        wrap: [Wrap; 2],
+        triangles: &[Option<UvTriangle>],
+        reach: f64,
+    ) {
+        let inside: Vec<bool> = self.faces.iter().map(|&face| face != 0).collect();
+        let mut nearest = vec![f32::INFINITY; self.faces.len()];
+        let window = window(size, wrap);
+        for (own, triangle) in (1..).zip(triangles) {
+            let Some(triangle) = triangle else { continue };
+            triangle.grown_by_filter(reach).spans(&window, |y, columns| {
+                for x in columns {
+                    let at = wrapped([x, y], size, wrap);
+                    if inside[at] {
+                        continue;
+                    }
+                    let center = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+                    let distance = triangle.distance(center) as f32;
+                    if distance < nearest[at] {
+                        nearest[at] = distance;
+                        self.faces[at] = own;
+                    }
+                }
+            });
+        }
+    }
+
+    /// The face of a texel.
+    pub(super) fn of(&self, x: usize, y: usize) -> Option<usize> {
+        (self.faces[y * self.width + x] as usize).checked_sub(1)
+    }
+}
+
+/// Where a texel's center lies in a face: weights of its corners at the nearest place inside, and at
+/// the center itself, some below 0 in the gutter.
+pub(super) fn place_in(
+    uvs: [Vec2; 3],
+    texel: [usize; 2],
+    size: [usize; 2],
+    wrap: [Wrap; 2],
+) -> [Vec3; 2] {
+    let corners = uvs.map(|uv| to_texels(uv, size));
+    let Some(triangle) = UvTriangle::new(corners) else { return [Vec3::splat(1.0 / 3.0); 2] };
+    let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+    let columns = copies(texel[0], size[0], wrap[0], middle.x);
+    let rows = copies(texel[1], size[1], wrap[1], middle.y);
+    let centers = columns.iter().flat_map(|&x| rows.iter().map(move |&y| DVec2::new(x, y)));
+    // The copy that lies in the triangle, or else nearest to it.
+    let center = centers.min_by(|a, b| triangle.distance(*a).total_cmp(&triangle.distance(*b)));
+    let center = center.unwrap_or(middle);
+    let mut inside = triangle.nearest(center);
+    if inside != center {
+        // Off the seam, where it is not told on which side of it a place lies.
+        inside = inside.lerp(middle, INWARD);
+    }
+    let weights = [inside, center].map(|p| triangle.barycentrics(p));
+    weights.map(|weights| DVec3::from_array(weights).as_vec3())
+}
+
+/// Where along an axis the centers of a texel's two copies nearest to `middle` lie.
+fn copies(texel: usize, size: usize, wrap: Wrap, middle: f64) -> [f64; 2] {
+    let (center, size) = (texel as f64 + 0.5, size as f64);
+    let nearest = |center: f64, period: f64| center + ((middle - center) / period).round() * period;
+    match wrap {
+        Wrap::Clamp => [center; 2],
+        Wrap::Repeat => {
+            let below = center + ((middle - center) / size).floor() * size;
+            [below, below + size]
+        }
+        Wrap::Mirror => [nearest(center, 2.0 * size), nearest(-center, 2.0 * size)],
+    }
+}
+
+/// The texels that a face may own, before they are wrapped.
+fn window(size: [usize; 2], wrap: [Wrap; 2]) -> Window {
+    let side = |axis: usize| {
+        let size = size[axis] as i64;
+        let far = size * MOST_REPEATS as i64;
+        if wrap[axis] == Wrap::Clamp { 0..size } else { -far..far }
+    };
+    Window { x: side(0), y: side(1) }
+}
+
+/// The place of a texel in an image's rows.
+fn wrapped([x, y]: [i64; 2], size: [usize; 2], wrap: [Wrap; 2]) -> usize {
+    wrap[1].texel(y, size[1]) * size[0] + wrap[0].texel(x, size[0])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn face(uvs: [[f32; 2]; 3]) -> Face {
+        Face { pair: 0, triangle: 0, reading: 0, uvs: uvs.map(Vec2::from) }
+    }
+
+    fn drawn(map: &Owners, size: [usize; 2]) -> Vec<String> {
+        let sign = |x, y| map.of(x, y).map_or('.', |face| (b'0' + face as u8) as char);
+        (0..size[1]).map(|y| (0..size[0]).map(|x| sign(x, y)).collect()).collect()
+    }
+
+    #[test]
+    fn texels_belong_to_the_triangle_that_covers_them_and_gutters_to_the_nearest() {
+        let lower = face([[0.25, 0.25], [0.25, 0.75], [0.75, 0.75]]);
+        let upper = face([[0.25, 0.25], [0.75, 0.75], [0.75, 0.25]]);
+        let map = Owners::new([8, 8], [Wrap::Clamp; 2], &[lower, upper], 1.0);
+        let expected = [
+            "........", ".111111.", ".001111.", ".000111.", ".000011.", ".000001.", ".000001.",
+            "........",
+        ];
+        let drawn = drawn(&map, [8, 8]);
+        assert_eq!(drawn[2..6], expected[2..6]);
+        assert_eq!((map.covered, map.overlaps), (16, 0));
+    }
+
+    #[test]
+    fn overlapping_faces_are_counted_once_a_texel() {
+        let square = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
+        let faces = [face(square), face(square), face(square)];
+        let map = Owners::new([8, 8], [Wrap::Clamp; 2], &faces, 1.0);
+        assert!(map.overlaps > 20 && map.overlaps <= map.covered, "{}", map.overlaps);
+    }
+
+    #[test]
+    fn a_face_across_the_edge_is_found_again_on_the_other_side() {
+        for (wrap, uvs) in [
+            (Wrap::Repeat, [[0.75, 0.25], [1.25, 0.25], [0.75, 1.25]]),
+            (Wrap::Mirror, [[0.75, 0.25], [1.25, 0.25], [0.75, 1.25]]),
+        ] {
+            let size = [8, 8];
+            let face = face(uvs);
+            let map = Owners::new(size, [wrap; 2], std::slice::from_ref(&face), 1.0);
+            let mut inside = 0;
+            for at in 0..64 {
+                let texel = [at % 8, at / 8];
+                if map.of(texel[0], texel[1]).is_some() {
+                    let [_, weights] = place_in(face.uvs, texel, size, [wrap; 2]);
+                    let uv = (0..3).map(|i| face.uvs[i] * weights[i]).sum::<Vec2>();
+                    let found = [0, 1].map(|axis| wrap.texel((uv[axis] * 8.0).floor() as i64, 8));
+                    assert_eq!(found, texel);
+                    inside += usize::from(weights.min_element() >= 0.0);
+                }
+            }
+            assert!(inside >= 8, "{inside}");
+        }
+    }
+}

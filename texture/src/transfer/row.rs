@@ -1,0 +1,235 @@
+//! A row of texels, cast to the source and averaged.
+
+use glam::{Mat3, Vec2, Vec3, Vec4};
+use image::{ImageBuffer, Pixel};
+use rayon::prelude::*;
+
+use super::Job;
+use super::owners::{Owners, place_in};
+use super::side::Spot;
+use crate::Role;
+use crate::samples::{Coding, Group, Sample};
+
+/// A mapped normal leans away from the level's by less than a right angle, as renderers expect.
+const LEAST_UP: f32 = 0.02;
+
+/// A place of the source whose UV is farther from the level's lies in another chart.
+const SLID: f32 = 0.05;
+
+/// What texels are made with.
+pub(super) struct Caster<'a> {
+    pub(super) job: &'a Job<'a>,
+    /// Of the parts of texels.
+    pub(super) owners: &'a Owners,
+    /// Parts along each side of a texel.
+    pub(super) parts: usize,
+    /// Width and height in parts.
+    pub(super) fine: [usize; 2],
+    /// One per face and output.
+    pub(super) lods: Vec<f32>,
+}
+
+/// A row that was made.
+pub(super) struct Row {
+    /// A row of each output after the other: linear light and alpha, data as stored, or unit vectors.
+    pub(super) values: Vec<Vec4>,
+    /// One per value: whether there is one.
+    pub(super) made: Vec<bool>,
+    /// Sum of the squared angles between the source's shading normals and the level's own.
+    pub(super) bend: f64,
+    /// How many those are.
+    pub(super) bends: usize,
+}
+
+impl Caster<'_> {
+    /// Makes row `y`.
+    pub(super) fn row(&self, y: usize) -> Row {
+        let width = self.job.size[0];
+        let outputs = self.job.outputs.len();
+        let count = width * outputs;
+        let (values, made) = (vec![Vec4::ZERO; count], vec![false; count]);
+        let mut row = Row { values, made, bend: 0.0, bends: 0 };
+        let mut sums = vec![Sum::default(); outputs];
+        for x in 0..width {
+            sums.fill(Sum::default());
+            for part in 0..self.parts * self.parts {
+                let at = [x * self.parts + part % self.parts, y * self.parts + part / self.parts];
+                self.add_part(at, &mut sums, &mut row);
+            }
+            for (index, (sum, output)) in sums.iter().zip(self.job.outputs).enumerate() {
+                row.values[index * width + x] = sum.mean(output.role);
+                row.made[index * width + x] = sum.parts > 0.0;
+            }
+        }
+        row
+    }
+
+    /// Casts one part of a texel and adds what every output reads there.
+    fn add_part(&self, at: [usize; 2], sums: &mut [Sum], row: &mut Row) {
+        let job = self.job;
+        let Some(index) = self.owners.of(at[0], at[1]) else { return };
+        let face = &job.faces[index];
+        let pair = &job.pairs[face.pair as usize];
+        let spot = |barycentrics| Spot { triangle: face.triangle as usize, barycentrics };
+        let [own, beyond] = place_in(face.uvs, at, self.fine, job.wrap).map(spot);
+        let smooth = pair.level.smooth_normal(own);
+        let group = pair.level.mesh.groups[own.triangle];
+        let unit = smooth.normalize_or_zero();
+        let place = pair.level.position(own);
+        let Some(there) = pair.source.find(place, unit, group, pair.cage) else { return };
+        let uvs = [own, beyond].map(|spot| face.uv(spot.barycentrics));
+        let step = if job.is_in_place { uvs[1] - uvs[0] } else { Vec2::ZERO };
+        let outputs = job.outputs.iter().zip(sums).enumerate();
+        for (at, (output, sum)) in outputs {
+            let Some(reading) = &output.readings[face.reading as usize] else { continue };
+            let lod = self.lods[index * job.outputs.len() + at];
+            let read = reading.picture.map(|picture| {
+                let at = pair.source.side.uv(there, reading.uv_set);
+                let at = reading.transform.transform_point2(at);
+                // In another chart the way goes elsewhere.
+                let is_own = at.distance_squared(uvs[0]) < SLID * SLID;
+                picture.read(if is_own { at + step } else { at }, reading.wrap, lod)
+            });
+            match output.role {
+                Role::Normal => {
+                    let shading = pair.source.side.frame(there)
+                        * scaled(read.map_or(Vec3::Z, vector), reading.normal_scale);
+                    let shading = shading.normalize_or(unit);
+                    row.bend += f64::from(shading.angle_between(unit)).powi(2);
+                    row.bends += 1;
+                    let mapped = into_frame(pair.level.frame(own), shading);
+                    sum.add_vector(scaled(mapped, reading.level_normal_scale.recip()));
+                }
+                Role::Color => sum.add_color(read.unwrap_or(Vec4::ONE)),
+                Role::Data => sum.add_data(read.unwrap_or(Vec4::ONE)),
+            }
+        }
+    }
+}
+
+/// What a texel of a normal map stands for.
+fn vector(texel: Vec4) -> Vec3 {
+    texel.truncate() * 2.0 - 1.0
+}
+
+/// A normal of a map whose x and y have a factor.
+fn scaled(normal: Vec3, scale: f32) -> Vec3 {
+    if scale.is_finite() { normal * Vec3::new(scale, scale, 1.0) } else { normal }
+}
+
+/// A direction in a tangent frame, leaning away from its normal by less than a right angle; the flat
+/// normal where there is no frame.
+fn into_frame(frame: Mat3, direction: Vec3) -> Vec3 {
+    // The inverse but for a factor: its rows are the cross products of the columns.
+    let cofactors = Mat3::from_cols(
+        frame.y_axis.cross(frame.z_axis),
+        frame.z_axis.cross(frame.x_axis),
+        frame.x_axis.cross(frame.y_axis),
+    );
+    let volume = frame.x_axis.dot(cofactors.x_axis);
+    let mapped = cofactors.transpose() * direction * volume.signum();
+    let mapped = mapped.normalize_or_zero();
+    if volume == 0.0 || mapped == Vec3::ZERO {
+        return Vec3::Z;
+    }
+    Vec3::new(mapped.x, mapped.y, mapped.z.max(LEAST_UP)).normalize()
+}
+
+/// A texel in the making: the sum over its parts.
+#[derive(Clone, Copy, Default)]
+struct Sum {
+    /// Of values; of colors with alpha in place.
+    all: Vec4,
+    /// Of colors times alpha.
+    seen: Vec3,
+    parts: f32,
+}
+
+impl Sum {
+    fn add_color(&mut self, color: Vec4) {
+        self.seen += color.truncate() * color.w;
+        self.add_data(color);
+    }
+
+    fn add_data(&mut self, value: Vec4) {
+        self.all += value;
+        self.parts += 1.0;
+    }
+
+    fn add_vector(&mut self, vector: Vec3) {
+        self.add_data(vector.extend(0.0));
+    }
+
+    /// The mean over the parts: of colors by how much they are seen, of vectors made unit.
+    fn mean(&self, role: Role) -> Vec4 {
+        if self.parts == 0.0 {
+            return Vec4::ZERO;
+        }
+        let mean = self.all / self.parts;
+        match role {
+            Role::Normal => mean.truncate().normalize_or(Vec3::Z).extend(1.0),
+            Role::Color if self.all.w > 0.0 => (self.seen / self.all.w).extend(mean.w),
+            Role::Color | Role::Data => mean,
+        }
+    }
+}
+
+/// Writes rows of values into an image, from row `first` on.
+pub(super) fn write<P>(
+    image: &mut ImageBuffer<P, Vec<P::Subpixel>>,
+    role: Role,
+    first: usize,
+    rows: &[&[Vec4]],
+) where
+    P: Pixel,
+    P::Subpixel: Sample,
+{
+    let stride = P::CHANNEL_COUNT as usize;
+    let (color, alpha) = Group::of(role, stride);
+    let width = image.width() as usize * stride;
+    let samples: &mut [P::Subpixel] = image;
+    let from = samples[first * width..].par_chunks_exact_mut(width.max(1));
+    from.zip(rows).for_each(|(samples, row)| {
+        for (texel, value) in samples.chunks_exact_mut(stride).zip(*row) {
+            let channels = value.to_array();
+            for (sample, value) in texel[..color.count].iter_mut().zip(channels) {
+                *sample = Sample::encode(value, color.coding);
+            }
+            if let Some(alpha) = alpha {
+                texel[alpha.first] = Sample::encode(value.w, Coding::Linear);
+            }
+        }
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_direction_comes_back_from_any_frame() {
+        let normal = Vec3::new(0.1, -0.2, 0.9);
+        let tangent = Vec3::new(0.8, 0.3, 0.2);
+        for sign in [1.0, -1.0] {
+            let frame = Mat3::from_cols(tangent, normal.cross(tangent) * sign, normal);
+            let direction = Vec3::new(0.4, 0.3, 0.8).normalize();
+            let mapped = into_frame(frame, direction);
+            assert!((frame * mapped).normalize().distance(direction) < 1e-6);
+        }
+    }
+
+    #[test]
+    fn without_a_frame_the_normal_is_flat_and_none_points_inward() {
+        assert_eq!(into_frame(Mat3::ZERO, Vec3::X), Vec3::Z);
+        assert!(into_frame(Mat3::IDENTITY, Vec3::new(1.0, 0.0, -1.0).normalize()).z > 0.0);
+    }
+
+    #[test]
+    fn the_unseen_part_of_a_texel_lends_no_color() {
+        let mut sum = Sum::default();
+        sum.add_color(Vec4::new(0.5, 0.0, 0.0, 1.0));
+        sum.add_color(Vec4::new(0.0, 1.0, 0.0, 0.0));
+        assert_eq!(sum.mean(Role::Color), Vec4::new(0.5, 0.0, 0.0, 0.5));
+        assert_eq!(Sum::default().mean(Role::Color), Vec4::ZERO);
+    }
+}

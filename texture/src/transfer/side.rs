@@ -1,0 +1,71 @@
+//! A surface at a point: where it is, which way it faces, and the frame that its normal map is read in.
+
+use glam::{Mat3, Vec2, Vec3, Vec4};
+use seamwise_attr::Mesh;
+
+/// A place on a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Spot {
+    /// The triangle.
+    pub(super) triangle: usize,
+    /// One per corner, sum 1.
+    pub(super) barycentrics: Vec3,
+}
+
+/// A mesh with the tangents that its normal maps are read by.
+#[derive(Clone, Copy, Debug)]
+pub struct Side<'a> {
+    /// Positions, normals and UVs; a triangle's group tells which textures it wears.
+    pub mesh: &'a Mesh,
+    /// One triple per triangle, as [`compute_tangents`](seamwise_attr::compute_tangents) gives them;
+    /// zero, or none at all, where no normal map is read.
+    pub tangents: &'a [[Vec4; 3]],
+}
+
+impl Side<'_> {
+    /// The position.
+    pub(super) fn position(&self, at: Spot) -> Vec3 {
+        mix(at.barycentrics, self.mesh.triangle_positions(at.triangle))
+    }
+
+    /// The UV in a set.
+    pub(super) fn uv(&self, at: Spot, set: usize) -> Vec2 {
+        let [a, b, c] = self.mesh.triangles[at.triangle].map(|wedge| self.mesh.uv(wedge, set));
+        a * at.barycentrics.x + b * at.barycentrics.y + c * at.barycentrics.z
+    }
+
+    /// The normal of the triangle's plane, zero if it has no area.
+    pub(super) fn face_normal(&self, triangle: usize) -> Vec3 {
+        let [a, b, c] = self.mesh.triangle_positions(triangle);
+        // In f64, where the square of no f32 is lost to underflow.
+        let area = (b - a).as_dvec3().cross((c - a).as_dvec3());
+        area.normalize_or_zero().as_vec3()
+    }
+
+    /// The vertex normal, interpolated and not made unit, as MikkTSpace asks; that of the plane where
+    /// there is none.
+    pub(super) fn smooth_normal(&self, at: Spot) -> Vec3 {
+        let layout = self.mesh.layout;
+        if !layout.normal {
+            return self.face_normal(at.triangle);
+        }
+        let normal =
+            |wedge| Vec3::from_slice(&self.mesh.row(wedge)[layout.normal()..layout.normal() + 3]);
+        let smooth = mix(at.barycentrics, self.mesh.triangles[at.triangle].map(normal));
+        if smooth.length_squared() > 0.0 { smooth } else { self.face_normal(at.triangle) }
+    }
+
+    /// From the space of a normal map to that of the mesh: tangent, bitangent and normal, interpolated
+    /// and not made unit, as MikkTSpace asks.
+    pub(super) fn frame(&self, at: Spot) -> Mat3 {
+        let normal = self.smooth_normal(at);
+        let corners = self.tangents.get(at.triangle).copied().unwrap_or_default();
+        let tangent = mix(at.barycentrics, corners.map(Vec4::truncate));
+        let sign = if corners[0].w < 0.0 { -1.0 } else { 1.0 };
+        Mat3::from_cols(tangent, normal.cross(tangent) * sign, normal)
+    }
+}
+
+fn mix(barycentrics: Vec3, [a, b, c]: [Vec3; 3]) -> Vec3 {
+    a * barycentrics.x + b * barycentrics.y + c * barycentrics.z
+}
