@@ -146,9 +146,10 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
                 surfaces: &geometries,
                 repairs,
                 images: &images,
+                screen: options.screen,
                 limit: options.memory_limit,
             };
-            let run = || transfer_all(origin, plan, &chains, transfer, progress);
+            let run = || transfer_all(&origin, plan, &chains, &transfer, progress);
             clock.time(|s| &mut s.transfer, run)?
         }
         _ => vec![LevelTextures::shared(&images, &geometries); options.targets.count()],

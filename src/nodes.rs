@@ -2,6 +2,7 @@
 
 use glam::{DMat4, DQuat, DVec3, Mat4};
 use gltf::json;
+use rustc_hash::FxHashMap;
 use serde_json::Value;
 
 use crate::asset::Asset;
@@ -37,6 +38,17 @@ pub(crate) fn world_nodes(asset: &Asset) -> Result<Vec<(usize, DMat4)>> {
         nodes.push((node, world));
     }
     Ok(nodes)
+}
+
+/// By mesh: where the nodes of the scene show it.
+pub(crate) fn mesh_worlds(asset: &Asset) -> Result<FxHashMap<usize, Vec<DMat4>>> {
+    let mut worlds: FxHashMap<usize, Vec<DMat4>> = FxHashMap::default();
+    for (node, world) in world_nodes(asset)? {
+        if let Some(mesh) = asset.reference(&format!("/nodes/{node}"), "mesh", "meshes")? {
+            worlds.entry(mesh).or_default().push(world);
+        }
+    }
+    Ok(worlds)
 }
 
 /// A list of node indices, empty if there is none.

@@ -15,7 +15,7 @@ use seamwise::evaluate;
 use seamwise::evaluate::scene::Mode;
 use seamwise::limit::MemoryLimit;
 use seamwise::options::{BakeOptions, ReportOptions, Targets, Textures};
-use seamwise::transfer::{BakeNormals, TransferOptions};
+use seamwise::transfer::{BakeNormals, Sizes, TransferOptions};
 use seamwise_attr::Polish;
 use steering::SteeringArgs;
 
@@ -92,9 +92,12 @@ pub(crate) struct BakeArgs {
     #[arg(long, value_enum, default_value_t = TextureMode::Repair)]
     textures: TextureMode,
     /// With transfer: the side of each level's textures over those of the level before, above 0 and
-    /// up to 1.
-    #[arg(long, default_value_t = TransferOptions::default().scale, value_name = "S")]
-    texture_scale: f64,
+    /// up to 1. Without it they are as large as it takes where the level is shown.
+    #[arg(long, value_name = "S", value_parser = parse_scale)]
+    texture_scale: Option<f64>,
+    /// With transfer: most bytes that the textures of all levels take together, as 8MB or 500KiB.
+    #[arg(long, value_name = "SIZE", conflicts_with = "texture_scale")]
+    budget: Option<MemoryLimit>,
     /// With transfer: whether lit materials without a normal map gain one, with the shape that the
     /// level has lost.
     #[arg(long, value_enum, default_value_t = NormalMode::Auto)]
@@ -133,11 +136,16 @@ fn parse_tolerance(text: &str) -> std::result::Result<f64, String> {
     tolerance.filter(|t| t.is_finite()).ok_or_else(|| format!("{text} is no number above 0"))
 }
 
+/// Reads a share above 0 and up to 1.
+fn parse_scale(text: &str) -> std::result::Result<f64, String> {
+    let scale = text.parse().ok().filter(|scale: &f64| *scale > 0.0 && *scale <= 1.0);
+    scale.ok_or_else(|| format!("{text} is no number above 0 and up to 1"))
+}
+
 /// `--textures`.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub(crate) enum TextureMode {
-    /// Each level has its own, sampled from the surface of the source, of half the size of the level
-    /// before.
+    /// Each level has its own, sampled from the surface of the source.
     Transfer,
     /// All levels share the source's, with every texel that no chart covers filled.
     Repair,
@@ -172,6 +180,14 @@ impl BakeArgs {
         (!self.no_polish).then_some(polish)
     }
 
+    fn sizes(&self) -> Sizes {
+        match (self.texture_scale, self.budget) {
+            (Some(scale), _) => Sizes::Scale(scale),
+            (_, Some(budget)) => Sizes::Budget(budget.bytes()),
+            _ => Sizes::Needed,
+        }
+    }
+
     /// What these arguments mean.
     pub(crate) fn resolve(&self) -> Result<BakeOptions> {
         let screen = Screen {
@@ -191,7 +207,7 @@ impl BakeArgs {
             polish: self.polish(),
             textures: match self.textures {
                 TextureMode::Transfer => Textures::Transfer(TransferOptions {
-                    scale: self.texture_scale,
+                    sizes: self.sizes(),
                     bake_normals: self.bake_normals.into(),
                 }),
                 TextureMode::Repair => Textures::Repair,

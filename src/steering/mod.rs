@@ -5,14 +5,13 @@ mod values;
 
 use glam::DMat4;
 use nalgebra::{Matrix3, Vector3};
-use rustc_hash::FxHashMap;
 use seamwise_attr::{Cost, Options, Placement, Weights};
 
 use crate::asset::Asset;
 use crate::error::{Error, Result};
 use crate::geometry::Geometry;
 use crate::limit::MemoryLimit;
-use crate::nodes::world_nodes;
+use crate::nodes::mesh_worlds;
 pub use importance::Importance;
 use importance::Map;
 use values::{check_attribute, material, point_values, points_of};
@@ -126,7 +125,7 @@ impl Steering {
         }
         let read = |path| Map::read(path, limit);
         let map = self.importance.map.as_deref().map(read).transpose()?;
-        let worlds = worlds(asset)?;
+        let worlds = mesh_worlds(asset)?;
         let steer = |geometry: &Geometry| {
             let worlds = worlds.get(&geometry.meshes[0]).map_or(&[][..], Vec::as_slice);
             let stretch = largest_stretch(worlds);
@@ -197,19 +196,8 @@ impl MeshSteering {
     }
 }
 
-/// By mesh: where the nodes of the scene show it.
-fn worlds(asset: &Asset) -> Result<FxHashMap<usize, Vec<DMat4>>> {
-    let mut worlds: FxHashMap<usize, Vec<DMat4>> = FxHashMap::default();
-    for (node, world) in world_nodes(asset)? {
-        if let Some(mesh) = asset.reference(&format!("/nodes/{node}"), "mesh", "meshes")? {
-            worlds.entry(mesh).or_default().push(world);
-        }
-    }
-    Ok(worlds)
-}
-
 /// The largest singular value of the linear parts of transforms; 1 if none has a size.
-fn largest_stretch(worlds: &[DMat4]) -> f64 {
+pub(crate) fn largest_stretch(worlds: &[DMat4]) -> f64 {
     let stretch = |world: &DMat4| {
         let columns = [world.x_axis, world.y_axis, world.z_axis];
         let linear = Matrix3::from_columns(&columns.map(|c| Vector3::new(c.x, c.y, c.z)));

@@ -1,4 +1,4 @@
-//! The images of the levels, layout by layout, so that each image of the source is decoded once.
+//! The images of the levels, sheet by sheet, so that each image of the source is decoded once.
 
 use std::sync::atomic::AtomicUsize;
 
@@ -11,9 +11,10 @@ use seamwise_texture::{Role, Validity, repair};
 use super::plan::{Charts, ImageUse, NewNormals, UvLayout, faces};
 use super::{BakeNormals, Origin, Plan, TransferOptions};
 use crate::asset::{EncodedImage, ImageFormat};
-use crate::dress::{LevelTextures, NormalMap};
+use crate::dress::NormalMap;
 use crate::error::{Error, Result};
 use crate::images::{Encoding, decode, encode, encode_anew, open};
+use crate::limit::MemoryLimit;
 
 /// Levels gain a normal map for a loss of shading from this RMS angle on, in degrees.
 const LOST: f64 = 1.0;
@@ -26,177 +27,143 @@ pub(super) struct Worn<'a> {
     pub(super) pairs: Vec<Pair<'a>>,
 }
 
-/// Makes images.
-pub(super) struct Maker<'a> {
-    pub(super) origin: Origin<'a>,
-    pub(super) plan: &'a Plan,
-    pub(super) options: TransferOptions,
-}
-
-/// An image of a layout, of the source.
-struct Original<'a> {
-    own: &'a ImageUse,
-    color: ColorType,
-    size: [usize; 2],
-    picture: Picture,
-}
-
-/// What is made of one layout at one size.
-struct Sheet<'a> {
-    layout: &'a UvLayout,
-    /// Of the source's images.
-    size: [usize; 2],
-    originals: Vec<&'a Original<'a>>,
+/// Images of one layout and one size, which are made together.
+pub(super) struct Sheet<'a> {
+    pub(super) layout: &'a UvLayout,
+    /// Width and height of the source's images.
+    pub(super) size: [usize; 2],
+    images: Vec<&'a ImageUse>,
+    /// Normal maps that take this size.
     normals: Vec<&'a NewNormals>,
 }
 
-impl Maker<'_> {
-    /// The textures of all levels. `rows` counts the rows of texels that are made.
-    pub(super) fn run(
-        &self,
-        levels: &[Worn<'_>],
-        rows: &AtomicUsize,
-    ) -> Result<Vec<LevelTextures>> {
-        let images = self.origin.images.to_vec();
-        let mut made = vec![LevelTextures { images, ..LevelTextures::default() }; levels.len()];
-        for layout in &self.plan.layouts {
-            let originals: Vec<Original<'_>> =
-                layout.images.par_iter().map(|own| self.original(own)).collect::<Result<_>>()?;
-            for sheet in self.sheets(layout, &originals) {
-                for (level, (worn, textures)) in levels.iter().zip(&mut made).enumerate() {
-                    let size = self.options.size(sheet.size, level);
-                    self.make(&sheet, size, worn, textures, rows)?;
+/// The images of a sheet for one level.
+#[derive(Clone, Debug)]
+pub(super) struct Made {
+    pub(super) size: [usize; 2],
+    /// With what they replace.
+    pub(super) images: Vec<(usize, EncodedImage)>,
+    pub(super) normals: Vec<NormalMap>,
+}
+
+impl Made {
+    /// Of all files.
+    pub(super) fn bytes(&self) -> usize {
+        let old = self.images.iter().map(|(_, image)| image.bytes.len());
+        let new = self.normals.iter().map(|own| own.image.bytes.len());
+        old.chain(new).sum()
+    }
+}
+
+/// The sheets of all layouts.
+pub(super) fn sheets<'a>(
+    origin: &Origin<'_>,
+    plan: &'a Plan,
+    options: &TransferOptions,
+) -> Result<Vec<Sheet<'a>>> {
+    let mut sheets: Vec<Sheet<'a>> = Vec::new();
+    for layout in &plan.layouts {
+        let first = sheets.len();
+        for own in &layout.images {
+            let size = header_size(&origin.asset.images[own.image], own.image, origin.limit)?;
+            let known = sheets[first..].iter().position(|sheet| sheet.size == size);
+            let at = known.map_or(sheets.len(), |at| first + at);
+            if at == sheets.len() {
+                sheets.push(Sheet { layout, size, images: Vec::new(), normals: Vec::new() });
+            }
+            sheets[at].images.push(own);
+            if options.bake_normals != BakeNormals::Off {
+                let new = plan.normals.iter().filter(|normals| normals.image == own.image);
+                sheets[at].normals.extend(new);
+            }
+        }
+    }
+    Ok(sheets)
+}
+
+fn header_size(image: &EncodedImage, index: usize, limit: MemoryLimit) -> Result<[usize; 2]> {
+    let decoder = open(&image.bytes, image.format.into(), limit)
+        .map_err(|error| Error::invalid(format!("/images/{index}"), error.to_string()))?;
+    let (width, height) = decoder.dimensions();
+    Ok([width as usize, height as usize])
+}
+
+/// An image of the source, ready to be read.
+pub(super) struct Original {
+    color: ColorType,
+    pub(super) picture: Picture,
+}
+
+impl Sheet<'_> {
+    /// The source's images.
+    pub(super) fn originals(&self, origin: &Origin<'_>) -> Result<Vec<Original>> {
+        let read = |own: &&ImageUse| {
+            let at = format!("/images/{}", own.image);
+            let decoded;
+            let texels = match &origin.repairs[own.image].result {
+                Ok(repaired) => &repaired.texels,
+                Err(_) => {
+                    decoded = decode(&origin.asset.images[own.image], &at, origin.limit)?;
+                    &decoded
                 }
-            }
-        }
-        for textures in &mut made {
-            let like: Vec<&String> = textures.normals.iter().map(|own| &own.like).collect();
-            let has = |own: &NewNormals| like.contains(&&own.like);
-            textures.sets = self.plan.normal_sets(self.origin.surfaces, has);
-        }
-        Ok(made)
-    }
-
-    /// How many rows of texels there are to make for so many levels.
-    pub(super) fn rows(&self, levels: usize) -> Result<usize> {
-        let mut rows = 0;
-        for layout in &self.plan.layouts {
-            let mut sizes = Vec::new();
-            for own in &layout.images {
-                let size = self.header_size(own.image)?;
-                if !sizes.contains(&size) {
-                    sizes.push(size);
-                    rows +=
-                        (0..levels).map(|level| self.options.size(size, level)[1]).sum::<usize>();
-                }
-            }
-        }
-        Ok(rows)
-    }
-
-    fn header_size(&self, image: usize) -> Result<[usize; 2]> {
-        let encoded = &self.origin.asset.images[image];
-        let decoder = open(&encoded.bytes, encoded.format.into(), self.origin.limit);
-        let (width, height) = decoder
-            .map_err(|e| Error::invalid(format!("/images/{image}"), e.to_string()))?
-            .dimensions();
-        Ok([width as usize, height as usize])
-    }
-
-    fn original<'a>(&self, own: &'a ImageUse) -> Result<Original<'a>> {
-        let (image, role) = (own.image, own.role);
-        let at = format!("/images/{image}");
-        let decoded;
-        let texels = match &self.origin.repairs[image].result {
-            Ok(repaired) => &repaired.texels,
-            Err(_) => {
-                decoded = decode(&self.origin.asset.images[image], &at, self.origin.limit)?;
-                &decoded
-            }
+            };
+            let picture = Picture::new(texels, own.role);
+            let picture = picture.map_err(|error| Error::invalid(&at, error.to_string()))?;
+            Ok(Original { color: texels.color(), picture })
         };
-        let picture =
-            Picture::new(texels, role).map_err(|error| Error::invalid(&at, error.to_string()))?;
-        let size = [texels.width() as usize, texels.height() as usize];
-        Ok(Original { own, color: texels.color(), size, picture })
+        self.images.par_iter().map(read).collect()
     }
 
-    /// The images of a layout by their sizes, with the normal maps that take their size.
-    fn sheets<'a>(&'a self, layout: &'a UvLayout, originals: &'a [Original<'a>]) -> Vec<Sheet<'a>> {
-        let mut sheets: Vec<Sheet<'a>> = Vec::new();
-        for original in originals {
-            let known = sheets.iter().position(|sheet| sheet.size == original.size);
-            let at = known.unwrap_or_else(|| {
-                let (size, originals, normals) = (original.size, Vec::new(), Vec::new());
-                sheets.push(Sheet { layout, size, originals, normals });
-                sheets.len() - 1
-            });
-            sheets[at].originals.push(original);
-            if self.options.bake_normals != BakeNormals::Off {
-                let own = self.plan.normals.iter().filter(|own| own.image == original.own.image);
-                sheets[at].normals.extend(own);
-            }
-        }
-        sheets
-    }
-
-    /// Makes the images of a sheet for one level.
-    fn make(
+    /// Makes the images for one level, `size` texels large. `rows` counts those that are done.
+    pub(super) fn make(
         &self,
-        sheet: &Sheet<'_>,
-        size: [usize; 2],
-        worn: &Worn<'_>,
-        textures: &mut LevelTextures,
+        origin: &Origin<'_>,
+        originals: &[Original],
+        (worn, size): (&Worn<'_>, [usize; 2]),
+        options: &TransferOptions,
         rows: &AtomicUsize,
-    ) -> Result<()> {
-        let (charts, wrap) = (&sheet.layout.charts, sheet.layout.wrap);
-        let outputs = sheet.outputs();
-        let faces = faces(charts, &worn.meshes);
-        let job = Job {
-            pairs: &worn.pairs,
-            faces: &faces,
-            size,
-            wrap,
-            is_in_place: true,
-            outputs: &outputs,
-        };
+    ) -> Result<Made> {
+        let wrap = self.layout.wrap;
+        let outputs = self.outputs(originals);
+        let faces = faces(&self.layout.charts, &worn.meshes);
+        let (pairs, faces, outputs) = (&worn.pairs[..], &faces[..], &outputs[..]);
+        let job = Job { pairs, faces, size, wrap, is_in_place: true, outputs };
         let internal = |error: seamwise_texture::Error| Error::Internal { what: error.to_string() };
         let Transferred { images, normal_degrees_rms } = transfer(&job, rows).map_err(internal)?;
         let fill = |((mut image, validity), output): ((DynamicImage, Validity), &Output<'_>)| {
             repair(&mut image, output.role, &validity, wrap).map_err(internal)?;
             Ok(image)
         };
-        let filled = images.into_par_iter().zip(&outputs).map(fill).collect::<Result<Vec<_>>>()?;
-        let (old, new) = filled.split_at(sheet.originals.len());
-        let finish = |(original, image): (&&Original<'_>, &DynamicImage)| {
-            let before = &self.origin.asset.images[original.own.image];
-            Ok((original.own.image, encode_anew(image, before, Encoding::default())?))
+        let filled = images.into_par_iter().zip(outputs).map(fill).collect::<Result<Vec<_>>>()?;
+        let (old, new) = filled.split_at(self.images.len());
+        let finish = |(own, image): (&&ImageUse, &DynamicImage)| {
+            let before = &origin.asset.images[own.image];
+            Ok((own.image, encode_anew(image, before, Encoding::default())?))
         };
-        let finished = sheet.originals.par_iter().zip(old).map(finish);
-        for (index, image) in finished.collect::<Result<Vec<(usize, EncodedImage)>>>()? {
-            textures.images[index] = image;
-        }
-        let is_lost = self.options.bake_normals == BakeNormals::On || normal_degrees_rms >= LOST;
-        for (normals, image) in sheet.normals.iter().zip(new).filter(|_| is_lost) {
-            textures.normals.push(NormalMap {
-                image: encode(image, ImageFormat::Png)?,
-                materials: normals.materials.clone(),
-                like: normals.like.clone(),
-            });
-        }
-        Ok(())
+        let is_lost = options.bake_normals == BakeNormals::On || normal_degrees_rms >= LOST;
+        let gain = |(normals, image): (&&NewNormals, &DynamicImage)| {
+            let (materials, like) = (normals.materials.clone(), normals.like.clone());
+            Ok(NormalMap { image: encode(image, ImageFormat::Png)?, materials, like })
+        };
+        Ok(Made {
+            size,
+            images: self.images.par_iter().zip(old).map(finish).collect::<Result<_>>()?,
+            normals: match is_lost {
+                true => self.normals.par_iter().zip(new).map(gain).collect::<Result<_>>()?,
+                false => Vec::new(),
+            },
+        })
     }
-}
 
-impl Sheet<'_> {
     /// The source's images, then the new normal maps.
-    fn outputs(&self) -> Vec<Output<'_>> {
+    fn outputs<'a>(&self, originals: &'a [Original]) -> Vec<Output<'a>> {
         let charts = &self.layout.charts;
-        let old = self.originals.iter().map(|original| {
+        let old = self.images.iter().zip(originals).map(|(own, original)| {
             let reading = |(charts, &scale): (&Charts, &f32)| {
                 Some(self.reading(charts, Some(&original.picture), scale))
             };
-            let readings = charts.iter().zip(&original.own.normal_scales).map(reading).collect();
-            Output { role: original.own.role, color: original.color, readings }
+            let readings = charts.iter().zip(&own.normal_scales).map(reading).collect();
+            Output { role: own.role, color: original.color, readings }
         });
         let new = self.normals.iter().map(|normals| {
             let reading = |charts: &Charts| {
@@ -218,13 +185,5 @@ impl Sheet<'_> {
         let wrap = self.layout.wrap;
         let level_normal_scale = normal_scale;
         Reading { picture, uv_set, transform, wrap, normal_scale, level_normal_scale }
-    }
-}
-
-impl TransferOptions {
-    /// The size of a level's image, where the source's is of `size`; level 0 is the first.
-    fn size(&self, size: [usize; 2], level: usize) -> [usize; 2] {
-        let factor = self.scale.powi(level as i32 + 1);
-        size.map(|side| ((side as f64 * factor).round() as usize).clamp(1, side))
     }
 }

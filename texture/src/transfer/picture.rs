@@ -45,6 +45,23 @@ impl Picture {
         Ok(Self { mips, has_alpha })
     }
 
+    /// What each halving of the image loses: the mean of the squared differences between its texels
+    /// and their mean in the next mip level, summed over color channels.
+    pub fn details(&self) -> Vec<f64> {
+        let square = |level: usize| {
+            let level = self.mips.level(level);
+            let texels = (0..level.height()).flat_map(|y| (0..level.width()).map(move |x| [x, y]));
+            let sum: f64 = texels
+                .map(|[x, y]| {
+                    f64::from(Vec4::from_array(level.texel(x, y)).truncate().length_squared())
+                })
+                .sum();
+            sum / (level.width() * level.height()) as f64
+        };
+        let squares: Vec<f64> = (0..self.mips.levels()).map(square).collect();
+        squares.windows(2).map(|pair| (pair[0] - pair[1]).max(0.0)).collect()
+    }
+
     /// Width and height in texels.
     pub(super) fn size(&self) -> Vec2 {
         let level = self.mips.level(0);
@@ -167,6 +184,14 @@ mod tests {
         let picture = Picture::new(&texels.into(), Role::Color).unwrap();
         let read = picture.read(Vec2::new(0.5, 0.5), [Wrap::Clamp; 2], 0.0);
         assert!(read.y < 1e-6 && read.x > 0.5 && (read.w - 0.5).abs() < 1e-6, "{read}");
+    }
+
+    #[test]
+    fn a_halving_loses_what_is_finer_than_its_texels() {
+        let checkers =
+            image::GrayImage::from_fn(8, 8, |x, y| image::Luma([255 * ((x + y) % 2) as u8]));
+        let details = Picture::new(&checkers.into(), Role::Data).unwrap().details();
+        assert!((details[0] - 0.75).abs() < 0.01 && details[1..].iter().all(|&lost| lost < 1e-9));
     }
 
     #[test]

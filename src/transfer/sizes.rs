@@ -1,0 +1,199 @@
+//! How large the images of a level are.
+//!
+//! A level is shown up to the size S at which its surface is off by the pixels that the screen
+//! tolerates (see [`certificate`](crate::certificate)), and no larger than the screen. There one pixel
+//! covers D / S texels, where D is how many texels of the image span the diagonal of the asset; so
+//! log₂(D / S) halvings of the image, rounded down, are not seen. That is the size which is needed.
+//!
+//! Where a budget of bytes asks for less, the halving that loses least per byte comes first: lost is
+//! the square of what the texels differ from the mean in the next mip level, by the share of the
+//! asset's surface that wears the image.
+
+use glam::DVec3;
+use seamwise_attr::{Mesh, area_vector};
+
+use super::plan::{Charts, faces};
+use crate::asset::Asset;
+use crate::certificate::Screen;
+use crate::error::Result;
+use crate::evaluate::switch::largest_size;
+use crate::geometry::Geometry;
+use crate::nodes::mesh_worlds;
+use crate::steering::largest_stretch;
+
+/// How large the images of each level are; never larger than the source's.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Sizes {
+    /// As large as it takes where the level is shown.
+    #[default]
+    Needed,
+    /// The side over that of the level before, above 0 and up to 1.
+    Scale(f64),
+    /// As large as needed, and all images of all levels together at most so many bytes.
+    Budget(u64),
+}
+
+/// What the sizes are reckoned from.
+pub(super) struct Yardstick {
+    /// Diagonal of the asset's bounding box in the units of the scene.
+    diagonal: f64,
+    /// One per surface: area in the scene.
+    areas: Vec<f64>,
+    /// One per surface: lengths in the scene over those of its mesh.
+    stretches: Vec<f64>,
+    /// One per level: the most pixels that the diagonal spans where it is shown.
+    pixels: Vec<f64>,
+}
+
+impl Yardstick {
+    /// `distances` has the RMS distance of each level of each surface, in the units of its mesh.
+    pub(super) fn new(
+        asset: &Asset,
+        surfaces: &[Geometry],
+        distances: &[Vec<f32>],
+        screen: &Screen,
+    ) -> Result<Self> {
+        let worlds = mesh_worlds(asset)?;
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let (mut areas, mut stretches) = (Vec::new(), Vec::new());
+        for surface in surfaces {
+            let own = worlds.get(&surface.meshes[0]).map_or(&[][..], Vec::as_slice);
+            let mesh = &surface.welded.mesh;
+            for world in own {
+                for position in &mesh.positions {
+                    let p = world.transform_point3(position.as_dvec3());
+                    (low, high) = (low.min(p), high.max(p));
+                }
+            }
+            let stretch = largest_stretch(own);
+            areas.push(area(mesh, |_| true) * stretch * stretch);
+            stretches.push(stretch);
+        }
+        let mut yardstick =
+            Self { diagonal: (high - low).length(), areas, stretches, pixels: Vec::new() };
+        let most = f64::from(screen.width.max(screen.height));
+        let shown = |distances: &Vec<f32>| {
+            largest_size(screen.pixel_tolerance, yardstick.distance(distances)).min(most)
+        };
+        yardstick.pixels = distances.iter().map(shown).collect();
+        Ok(yardstick)
+    }
+
+    /// RMS distance of a level over the diagonal.
+    fn distance(&self, distances: &[f32]) -> f64 {
+        let surfaces = distances.iter().zip(&self.areas).zip(&self.stretches);
+        let squares = surfaces.map(|((&d, area), stretch)| (f64::from(d) * stretch).powi(2) * area);
+        let area: f64 = self.areas.iter().sum();
+        (squares.sum::<f64>() / area.max(f64::MIN_POSITIVE)).sqrt() / self.diagonal
+    }
+
+    /// How many halvings of an image of `size`, worn by `charts` of the source, are not seen on a
+    /// level.
+    pub(super) fn unseen(
+        &self,
+        surfaces: &[Geometry],
+        charts: &[Charts],
+        size: [usize; 2],
+        level: usize,
+    ) -> u32 {
+        let meshes: Vec<&Mesh> = surfaces.iter().map(|surface| &surface.welded.mesh).collect();
+        let faces = faces(charts, &meshes);
+        let shares = faces.iter().map(|face| {
+            let [a, b, c] = face.uvs.map(glam::Vec2::as_dvec2);
+            0.5 * (b - a).perp_dot(c - a).abs()
+        });
+        let texels = shares.sum::<f64>() * size[0] as f64 * size[1] as f64;
+        let density = (texels / self.worn_area(surfaces, charts)).sqrt();
+        let halvings = (density * self.diagonal / self.pixels[level]).log2().floor();
+        if halvings > 0.0 { halvings.min(32.0) as u32 } else { 0 }
+    }
+
+    /// The share of the asset's surface that charts lie on.
+    pub(super) fn share(&self, surfaces: &[Geometry], charts: &[Charts]) -> f64 {
+        self.worn_area(surfaces, charts) / self.areas.iter().sum::<f64>()
+    }
+
+    fn worn_area(&self, surfaces: &[Geometry], charts: &[Charts]) -> f64 {
+        let of = |charts: &Charts| {
+            let own = area(&surfaces[charts.surface].welded.mesh, |group| group == charts.group);
+            own * self.stretches[charts.surface].powi(2)
+        };
+        charts.iter().map(of).sum()
+    }
+}
+
+/// The area of the triangles of some groups.
+fn area(mesh: &Mesh, is_in: impl Fn(u32) -> bool) -> f64 {
+    let own = (0..mesh.triangles.len()).filter(|&triangle| is_in(mesh.groups[triangle]));
+    own.map(|triangle| 0.5 * area_vector(mesh.triangle_positions(triangle)).length()).sum()
+}
+
+/// `size` halved so many times, no side below one texel.
+pub(super) fn halved(size: [usize; 2], times: u32) -> [usize; 2] {
+    size.map(|side| side.checked_shr(times).unwrap_or(0).max(1))
+}
+
+/// Images of one sheet and level, as a budget sees them.
+#[derive(Clone, Debug)]
+pub(super) struct Share {
+    /// Of all texels and channels, in bytes.
+    pub(super) bytes: f64,
+    pub(super) halvings: u32,
+    /// Halvings up to here lose nothing that is seen.
+    pub(super) unseen: u32,
+    /// What each further halving of the source's image loses, by the area that shows it.
+    pub(super) details: Vec<f64>,
+}
+
+impl Share {
+    /// What the next halving loses per byte that it saves; `None` if there is nothing left to halve.
+    fn price(&self) -> Option<f64> {
+        let lost = self.details.get(self.halvings as usize)?;
+        let lost = if self.halvings < self.unseen { 0.0 } else { *lost };
+        Some(lost / (0.75 * self.bytes).max(1.0))
+    }
+}
+
+/// Halves images, the cheapest first, until their bytes are thought to fit; false if they can't.
+pub(super) fn fit(shares: &mut [Share], budget: f64) -> bool {
+    let mut bytes: f64 = shares.iter().map(|share| share.bytes).sum();
+    while bytes > budget {
+        let priced = shares.iter_mut().filter_map(|share| Some((share.price()?, share)));
+        let Some((_, share)) = priced.min_by(|a, b| a.0.total_cmp(&b.0)) else { return false };
+        bytes -= 0.75 * share.bytes;
+        share.bytes *= 0.25;
+        share.halvings += 1;
+    }
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn share(bytes: f64, unseen: u32, details: &[f64]) -> Share {
+        Share { bytes, halvings: 0, unseen, details: details.to_vec() }
+    }
+
+    #[test]
+    fn what_loses_least_per_byte_is_halved_first() {
+        let mut shares = [
+            share(1000.0, 0, &[9.0, 9.0]),
+            share(1000.0, 0, &[1.0, 20.0]),
+            share(100.0, 1, &[5.0]),
+        ];
+        assert!(fit(&mut shares, 1300.0));
+        let halvings = |shares: &[Share]| shares.iter().map(|s| s.halvings).collect::<Vec<_>>();
+        // The third loses nothing that is seen; then the second is the cheapest.
+        assert_eq!(halvings(&shares), [0, 1, 1]);
+        assert!(fit(&mut shares, 600.0));
+        assert_eq!(halvings(&shares), [1, 1, 1]);
+        assert!(!fit(&mut shares, 1.0));
+    }
+
+    #[test]
+    fn no_side_falls_below_a_texel() {
+        assert_eq!(halved([8, 2], 2), [2, 1]);
+        assert_eq!(halved([8, 2], 99), [1, 1]);
+    }
+}
