@@ -152,25 +152,12 @@ fn longest_free(bits: &[u64], side: usize) -> usize {
 
 #[cfg(test)]
 mod tests {
+    use super::super::cells::Raster;
     use super::*;
     use proptest::prelude::*;
 
     fn mask(cells: &[bool], size: [usize; 2]) -> Mask {
-        let mut runs = Vec::new();
-        for (row, cells) in (0u32..).zip(cells.chunks(size[0])) {
-            for (start, _) in (0u32..).zip(cells).filter(|(_, taken)| **taken) {
-                match runs.last_mut() {
-                    Some(Run { row: r, start: s, length })
-                        if *r == row && *s + *length == start =>
-                    {
-                        *length += 1;
-                    }
-                    _ => runs.push(Run { row, start, length: 1 }),
-                }
-            }
-        }
-        runs.sort_by_key(|run| std::cmp::Reverse(run.length));
-        Mask { size, runs }
+        Raster::from_cells(size, cells.to_vec()).mask()
     }
 
     #[test]

@@ -59,8 +59,25 @@ pub(super) struct Run {
 pub(super) struct Mask {
     /// Columns and rows.
     pub(super) size: [usize; 2],
-    /// The longest first, as that one is the likeliest not to fit.
+    /// The longest first, then rows far apart: what does not fit is likely told off by the first.
     pub(super) runs: Vec<Run>,
+    /// The largest square of cells in it.
+    pub(super) core: Square,
+}
+
+/// A square of cells in a shape.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) struct Square {
+    /// Its first row in the shape.
+    pub(super) row: usize,
+    pub(super) side: usize,
+}
+
+impl Mask {
+    /// A full square.
+    pub(super) fn square(side: usize) -> Self {
+        Raster::from_cells([side; 2], vec![true; side * side]).mask()
+    }
 }
 
 /// A grid of flags, on the way to a [`Mask`].
@@ -70,6 +87,11 @@ pub(super) struct Raster {
 }
 
 impl Raster {
+    /// One flag per cell, row after row.
+    pub(super) fn from_cells(size: [usize; 2], taken: Vec<bool>) -> Self {
+        Self { size, taken }
+    }
+
     /// The cells that triangles touch, of `size` columns and rows.
     pub(super) fn new(size: [usize; 2], triangles: impl Iterator<Item = [DVec2; 3]>) -> Self {
         let mut taken = vec![false; size[0] * size[1]];
@@ -104,8 +126,29 @@ impl Raster {
                 start += length;
             }
         }
-        runs.sort_by_key(|run| std::cmp::Reverse(run.length));
-        Mask { size: self.size, runs }
+        runs.sort_by_key(|run| (run.row.reverse_bits(), run.start));
+        let longest = (0..runs.len()).max_by_key(|&at| runs[at].length);
+        runs.swap(0, longest.expect("a mask has cells"));
+        Mask { size: self.size, runs, core: self.core() }
+    }
+
+    /// The largest square of cells: one that ends at a cell is by 1 larger than the least of those
+    /// that end left of it, above it and at the corner between.
+    fn core(&self) -> Square {
+        let mut largest = Square { row: 0, side: 0 };
+        let mut above = vec![0; self.size[0] + 1];
+        for (row, cells) in self.taken.chunks_exact(self.size[0]).enumerate() {
+            let (mut left, mut corner) = (0, 0);
+            for (side, &taken) in above[1..].iter_mut().zip(cells) {
+                let ends = if taken { 1 + left.min(corner).min(*side) } else { 0 };
+                (corner, left) = (*side, ends);
+                *side = ends;
+                if ends > largest.side {
+                    largest = Square { row: row + 1 - ends, side: ends };
+                }
+            }
+        }
+        largest
     }
 }
 

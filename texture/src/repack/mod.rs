@@ -42,6 +42,9 @@ use self::shape::Shape;
 use self::strips::cut_strips;
 use crate::{Error, Result};
 
+/// Texels along an atlas, at most: no graphics card takes more.
+const MOST_TEXELS: usize = 16_384;
+
 /// A surface and its old layout.
 #[derive(Clone, Copy, Debug)]
 pub struct UvMesh<'a> {
@@ -103,7 +106,8 @@ pub struct Repacked {
 ///
 /// # Errors
 /// [`Error::Mesh`] if lengths do not agree, an index is out of range or a density is not positive
-/// and finite; [`Error::Full`] if there are more charts than the atlas holds.
+/// and finite; [`Error::Invalid`] if the atlas has more than 16,384 texels a side; [`Error::Full`]
+/// if there are more charts than it holds.
 pub fn repack(mesh: &UvMesh<'_>, options: &RepackOptions) -> Result<Repacked> {
     check(mesh, options)?;
     let faces = Faces::new(mesh);
@@ -171,6 +175,11 @@ fn assemble(
 }
 
 fn check(mesh: &UvMesh<'_>, options: &RepackOptions) -> Result<()> {
+    if options.size > MOST_TEXELS {
+        let what =
+            format!("an atlas has at most {MOST_TEXELS} texels a side, not {}", options.size);
+        return Err(Error::Invalid { what });
+    }
     let fault = |what: String| Err(Error::Mesh { what });
     let [positions, uvs] = [mesh.positions.len(), mesh.uvs.len()];
     if positions != uvs {

@@ -1,11 +1,11 @@
 //! The largest scale at which all shapes fit the atlas.
 //!
 //! Shapes are packed as the cells that they touch, largest first, each in the turn of 90° in which
-//! its lower end comes out topmost; so small ones fill the holes in and between large ones. The
-//! scale is found by bisection. That a smaller scale fits wherever a larger one does is likely and
-//! not sure, so the scale is the largest of those looked at.
+//! its lower end comes out topmost; so small ones fill the holes in and between large ones. Largest
+//! is tried in two senses. The scale is found by bisection. That a smaller scale fits wherever a
+//! larger one does is likely and not sure, so the scale is the largest of those looked at.
 
-use std::collections::HashMap;
+use std::cmp::Reverse;
 
 use glam::DVec2;
 use rayon::prelude::*;
@@ -21,6 +21,15 @@ const MOST_CELLS: usize = 1024;
 
 /// Bisection ends when the bounds of the scale are within this.
 const PRECISION: f64 = 1.004;
+
+/// The first scale looked at, over that which leaves no room; squared with each step down.
+const FIRST_STEP: f64 = 0.93;
+
+/// In which order shapes are placed, by width and height with padding: the greatest first.
+const ORDERS: [fn([usize; 2]) -> [usize; 2]; 2] = [
+    |[width, height]| [width.min(height), width.max(height)],
+    |[width, height]| [width * height, 0],
+];
 
 /// Where a shape lies.
 #[derive(Clone, Copy, Debug)]
@@ -98,30 +107,25 @@ pub(super) fn pack(shapes: &[Shape], options: &RepackOptions) -> Option<Packing>
         let spots = place_all(&turned_masks(shapes, scale), grid)?;
         Some(Packing { grid, scale, spots })
     };
-    let side = grid.side as f64;
-    let area: f64 = shapes.iter().map(|shape| shape.area).sum();
     let longest = shapes.iter().map(|shape| shape.size.x).fold(0.0, f64::max);
     if longest <= 0.0 {
         return try_scale(1.0);
     }
-    // Larger than this the area or the longest shape does not fit, smaller than that each shape
-    // takes one cell.
-    let mut above = (side / area.sqrt()).min(side / longest);
+    // At this scale each shape takes one cell.
     let least = 1.0 / longest;
-    let mut best = None;
-    let mut step = 0.9;
-    while best.is_none() {
-        let scale = (above * step).max(least.min(above));
-        best = try_scale(scale);
-        if best.is_none() {
-            if scale <= least {
-                return None;
-            }
-            above = scale;
-            step *= step;
+    let mut above = most(shapes, grid).min(grid.side as f64 / longest);
+    let mut step = FIRST_STEP;
+    let mut best = loop {
+        let scale = (above * step).max(least);
+        if let Some(packing) = try_scale(scale) {
+            break packing;
         }
-    }
-    let mut best = best?;
+        if scale <= least {
+            return None;
+        }
+        above = scale;
+        step *= step;
+    };
     while above > best.scale * PRECISION {
         let scale = (above * best.scale).sqrt();
         match try_scale(scale) {
@@ -130,6 +134,19 @@ pub(super) fn pack(shapes: &[Shape], options: &RepackOptions) -> Option<Packing>
         }
     }
     Some(best)
+}
+
+/// The scale at which shapes leave no room, or 0: a shape of area a and extent w × h in one piece
+/// takes at least a + p (w + h) + p² cells with the padding p to its right and below, and all
+/// together have (side + p)².
+fn most(shapes: &[Shape], grid: Grid) -> f64 {
+    let [side, padding, count] = [grid.side, grid.padding, shapes.len()].map(|x| x as f64);
+    let area: f64 = shapes.iter().map(|shape| shape.area).sum();
+    let extents: f64 = shapes.iter().map(|shape| shape.size.element_sum()).sum();
+    let room = (side + padding).powi(2) - count * padding * padding;
+    let linear = 0.5 * padding * extents;
+    // area · s² + 2 · linear · s = room
+    (room / (linear + (linear * linear + area * room).max(0.0).sqrt())).max(0.0)
 }
 
 /// The cells of each shape, turned by 0 to 3 times 90°.
@@ -147,20 +164,23 @@ fn turned_masks(shapes: &[Shape], scale: f64) -> Vec<[Mask; 4]> {
     shapes.par_iter().map(turned).collect()
 }
 
-/// First fit, largest first; none if there is no room for one.
+/// First fit, in the first order that works; none if there is no room for one.
 fn place_all(masks: &[[Mask; 4]], grid: Grid) -> Option<Vec<Spot>> {
-    let padded = |at: &usize| {
-        let [width, height] = masks[*at][0].size.map(|cells| cells + grid.padding);
-        width * height
-    };
-    let mut order: Vec<usize> = (0..masks.len()).collect();
-    order.sort_by_cached_key(|at| std::cmp::Reverse(padded(at)));
+    ORDERS.par_iter().find_map_first(|key| {
+        let mut order: Vec<usize> = (0..masks.len()).collect();
+        order.sort_by_cached_key(|&at| {
+            Reverse(key(masks[at][0].size.map(|cells| cells + grid.padding)))
+        });
+        place_in_order(masks, grid, &order)
+    })
+}
+
+fn place_in_order(masks: &[[Mask; 4]], grid: Grid, order: &[usize]) -> Option<Vec<Spot>> {
     let mut board = Board::new(grid.side, grid.padding);
     let mut spots = vec![Spot { corner: [0, 0], turns: 0 }; masks.len()];
-    // No equal shape fits above a place where one did.
-    let mut first: HashMap<&Mask, usize> = HashMap::new();
-    for at in order {
-        let spot = best_spot(&board, &masks[at], &mut first)?;
+    let mut squares = Squares::default();
+    for &at in order {
+        let spot = best_spot(&board, &masks[at], &mut squares)?;
         board.take(&masks[at][usize::from(spot.turns)], spot.corner);
         spots[at] = spot;
     }
@@ -168,29 +188,42 @@ fn place_all(masks: &[[Mask; 4]], grid: Grid) -> Option<Vec<Spot>> {
 }
 
 /// The turn and place with the topmost lower end.
-fn best_spot<'a>(
-    board: &Board,
-    turned: &'a [Mask; 4],
-    first: &mut HashMap<&'a Mask, usize>,
-) -> Option<Spot> {
+fn best_spot(board: &Board, turned: &[Mask; 4], squares: &mut Squares) -> Option<Spot> {
     let mut best: Option<(usize, Spot)> = None;
     for (turns, mask) in (0u8..).zip(turned) {
         if turned[..usize::from(turns)].contains(mask) {
             continue;
         }
         let height = mask.size[1];
-        let from = first.get(mask).copied().unwrap_or(0);
+        let from = squares.first_row(board, mask.core.side)?.saturating_sub(mask.core.row);
         let to = match best {
             Some((end, _)) if end <= height => continue,
             Some((end, _)) => end - height - 1,
             None => usize::MAX,
         };
         if let Some(corner) = board.first_fit(mask, from, to) {
-            first.insert(mask, corner[1]);
             best = Some((corner[1] + height, Spot { corner, turns }));
-        } else {
-            first.insert(mask, from.max(to.saturating_add(1)));
         }
     }
     Some(best?.1)
+}
+
+/// For squares of each side, the first row in which one still fits; a shape that holds a square
+/// fits no higher. Rows only fill up, so each is looked at once.
+#[derive(Default)]
+struct Squares {
+    /// One per side, as far as they were asked for: a square, and where it last fit.
+    known: Vec<Option<(Mask, usize)>>,
+}
+
+impl Squares {
+    /// None if there is no room for one.
+    fn first_row(&mut self, board: &Board, side: usize) -> Option<usize> {
+        if self.known.len() <= side {
+            self.known.resize(side + 1, None);
+        }
+        let (square, row) = self.known[side].get_or_insert_with(|| (Mask::square(side), 0));
+        *row = board.first_fit(square, *row, usize::MAX)?[1];
+        Some(*row)
+    }
 }

@@ -67,7 +67,10 @@ fn check_layout(made: &Made, layout: &Repacked, options: &RepackOptions) {
     for t in 0..layout.triangles.len() {
         let Some(shape) = UvTriangle::new(corners(t)) else { continue };
         let [a, b, c] = corners(t);
-        assert!((b - a).perp_dot(c - a) < 1e-6, "mirrored: {:?}", corners(t));
+        // Thinner than UVs are exact, it may come out either way.
+        let longest = (b - a).length().max((c - b).length()).max((a - c).length());
+        let rounding = 4.0 * f64::from(f32::EPSILON) * size as f64;
+        assert!((b - a).perp_dot(c - a) <= rounding * longest, "mirrored: {:?}", corners(t));
         shape.texels(&Window { x: -9..size as i64 + 9, y: -9..size as i64 + 9 }, |texel| {
             reached.push((texel.x, texel.y, layout.triangle_charts[t]));
             if let Some(other) = owners.insert((texel.x, texel.y), t) {
