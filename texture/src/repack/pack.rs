@@ -1,9 +1,10 @@
 //! The largest scale at which all shapes fit the atlas.
 //!
 //! Shapes are packed as the cells that they touch, largest first, each in the turn of 90° in which
-//! its lower end comes out topmost; so small ones fill the holes in and between large ones. Largest
-//! is tried in two senses. The scale is found by bisection. That a smaller scale fits wherever a
-//! larger one does is likely and not sure, so the scale is the largest of those looked at.
+//! its lower end comes out topmost; so small ones fill the holes in and between large ones. Where
+//! shapes are few, largest is tried in two senses. The scale is found by bisection. That a smaller
+//! scale fits wherever a larger one does is likely and not sure, so the scale is the largest of
+//! those looked at.
 
 use std::cmp::Reverse;
 
@@ -30,6 +31,10 @@ const ORDERS: [fn([usize; 2]) -> [usize; 2]; 2] = [
     |[width, height]| [width.min(height), width.max(height)],
     |[width, height]| [width * height, 0],
 ];
+
+/// More shapes than this are placed in the first order alone: on levels with 1,381, 1,941 and 4,132
+/// charts the second one added 0.4, 0.2 and 0 percent points of coverage, for twice the work.
+const MOST_IN_TWO_ORDERS: usize = 1000;
 
 /// Where a shape lies.
 #[derive(Clone, Copy, Debug)]
@@ -166,7 +171,8 @@ fn turned_masks(shapes: &[Shape], scale: f64) -> Vec<[Mask; 4]> {
 
 /// First fit, in the first order that works; none if there is no room for one.
 fn place_all(masks: &[[Mask; 4]], grid: Grid) -> Option<Vec<Spot>> {
-    ORDERS.par_iter().find_map_first(|key| {
+    let orders = if masks.len() > MOST_IN_TWO_ORDERS { 1 } else { ORDERS.len() };
+    ORDERS[..orders].par_iter().find_map_first(|key| {
         let mut order: Vec<usize> = (0..masks.len()).collect();
         order.sort_by_cached_key(|&at| {
             Reverse(key(masks[at][0].size.map(|cells| cells + grid.padding)))
