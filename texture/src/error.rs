@@ -1,4 +1,4 @@
-//! What can be wrong with an image.
+//! What can be wrong with an image or a mesh.
 
 /// Errors of this crate, by whose fault it is.
 #[derive(Debug, thiserror::Error)]
@@ -8,6 +8,24 @@ pub enum Error {
     Invalid {
         /// What is wrong.
         what: String,
+    },
+    /// The mesh handed in can't be worked with.
+    #[error("invalid mesh: {what}")]
+    Mesh {
+        /// What is wrong.
+        what: String,
+    },
+    /// An atlas has no room for all charts, however small.
+    #[error(
+        "{charts} charts do not fit an atlas of {size}×{size} texels with {padding} between them"
+    )]
+    Full {
+        /// Number of charts.
+        charts: usize,
+        /// Texels along the atlas.
+        size: usize,
+        /// Texels between charts.
+        padding: usize,
     },
 }
 

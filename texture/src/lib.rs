@@ -36,6 +36,11 @@
 //! [`equalize`](fn@equalize::equalize) moves texels next to seams, so that both sides of a seam read
 //! the same under bilinear filtering.
 //!
+//! # A new layout
+//!
+//! [`repack`](fn@repack) lays charts out anew in one atlas, for surfaces whose UVs tile, overlap or
+//! are mirrored, where one texel belongs to several places.
+//!
 //! - S. Gortler, R. Grzeszczuk, R. Szeliski, M. Cohen, "The Lumigraph", SIGGRAPH 1996: pull-push for
 //!   scattered samples, with weights that saturate.
 //! - M. Kraus, "The pull-push algorithm revisited", GRAPP 2009: smooth kernels for both directions,
@@ -55,6 +60,7 @@ mod plane;
 mod pyramid;
 mod raster;
 mod reads;
+mod repack;
 mod repair;
 mod samples;
 mod scale;
@@ -71,6 +77,7 @@ pub use plane::Plane;
 pub use pyramid::{Part, fill_holes};
 pub use raster::{Texel, UvTriangle, Window, to_texels};
 pub use reads::{Footprint, MipReads, count_reads};
+pub use repack::{RepackOptions, Repacked, UvMesh, padding_for_mips, repack};
 pub use repair::{Outcome, Role, repair};
 pub use scale::scale_down;
 pub use sharing::charts_share_from;
