@@ -22,7 +22,7 @@ use std::sync::atomic::AtomicUsize;
 use clap::Parser;
 use rayon::prelude::*;
 use seamwise::asset::Asset;
-use seamwise::dress::LevelTextures;
+use seamwise::dress::{LevelTextures, PartTextures};
 use seamwise::evaluate::load::{TextureCache, load};
 use seamwise::evaluate::scene::{Material, Scene};
 use seamwise::evaluate::{self, Metrics, Reference};
@@ -147,8 +147,7 @@ impl Subject {
                     .zip(levels)
                     .map(|(geometry, level)| LevelMesh {
                         geometry,
-                        parts: level_parts(geometry, level, &vec![None; geometry.parts.len()])
-                            .expect("parts"),
+                        parts: level_parts(geometry, level, &plain(geometry)).expect("parts"),
                     })
                     .collect();
                 let shared = LevelTextures::shared(&asset.images, geometries);
@@ -158,6 +157,11 @@ impl Subject {
             }
         }
     }
+}
+
+/// Textures that ask nothing of the parts.
+fn plain(geometry: &Geometry) -> Vec<PartTextures> {
+    vec![PartTextures::default(); geometry.parts.len()]
 }
 
 /// A mesh without an asset, in white.

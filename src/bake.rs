@@ -127,7 +127,7 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
     let asset = clock.time(|s| &mut s.read, || input.read())?;
     let geometries = clock.time(|s| &mut s.weld, || weld_all(&asset))?;
     let plan = match options.textures {
-        Textures::Transfer(_) => Some(Plan::new(&asset, &geometries)?),
+        Textures::Transfer(transfer) => Some(Plan::new(&asset, &geometries, transfer.atlas)?),
         Textures::Repair | Textures::Keep => None,
     };
     let steering = options.steering.resolve(&asset, &geometries, options.memory_limit)?;
@@ -150,7 +150,9 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
                 limit: options.memory_limit,
             };
             let run = || transfer_all(&origin, plan, &chains, &transfer, progress);
-            clock.time(|s| &mut s.transfer, run)?
+            let (textures, relaid) = clock.time(|s| &mut s.transfer, run)?;
+            chains = relaid.unwrap_or(chains);
+            textures
         }
         _ => vec![LevelTextures::shared(&images, &geometries); options.targets.count()],
     };
@@ -278,9 +280,9 @@ fn dress_levels<'a>(
     textures: Vec<LevelTextures>,
 ) -> Result<Vec<DressedLevel<'a>>> {
     let dress = |(level, textures): (usize, LevelTextures)| {
-        let surfaces = geometries.par_iter().zip(chains).zip(&textures.sets);
-        let meshes = surfaces.map(|((geometry, chain), sets)| {
-            Ok(LevelMesh { geometry, parts: level_parts(geometry, &chain[level], sets)? })
+        let surfaces = geometries.par_iter().zip(chains).zip(&textures.parts);
+        let meshes = surfaces.map(|((geometry, chain), textures)| {
+            Ok(LevelMesh { geometry, parts: level_parts(geometry, &chain[level], textures)? })
         });
         Ok(DressedLevel { meshes: meshes.collect::<Result<_>>()?, textures })
     };

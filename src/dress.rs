@@ -18,16 +18,27 @@ pub struct LevelTextures {
     pub images: Vec<EncodedImage>,
     /// Normal maps for materials that have none.
     pub normals: Vec<NormalMap>,
-    /// One per surface and part: the UV set by whose tangents its normal map is read, if one was
-    /// made for the level.
-    pub sets: Vec<Vec<Option<usize>>>,
+    /// One entry per surface and part.
+    pub parts: Vec<Vec<PartTextures>>,
+    /// Materials whose textures are all read in the first UV set as it is.
+    pub relaid: Vec<usize>,
+}
+
+/// What the textures of a level ask of a part.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PartTextures {
+    /// The UV set by whose tangents its normal map is read, if one was made for the level.
+    pub tangents: Option<usize>,
+    /// Whether all of its textures are read in the first UV set, so that it needs no other.
+    pub is_relaid: bool,
 }
 
 impl LevelTextures {
     /// Those of the source.
     pub fn shared(images: &[EncodedImage], surfaces: &[Geometry]) -> Self {
-        let sets = surfaces.iter().map(|surface| vec![None; surface.parts.len()]).collect();
-        Self { images: images.to_vec(), normals: Vec::new(), sets }
+        let plain = |surface: &Geometry| vec![PartTextures::default(); surface.parts.len()];
+        let parts = surfaces.iter().map(plain).collect();
+        Self { images: images.to_vec(), parts, ..Self::default() }
     }
 }
 
@@ -46,6 +57,11 @@ pub struct NormalMap {
 pub(crate) fn dress(packer: &mut Packer, textures: &LevelTextures) -> Result<()> {
     for (index, image) in textures.images.iter().enumerate() {
         packer.set_image(index, image.clone());
+    }
+    for &material in &textures.relaid {
+        for slot in slots(packer.asset(), material)? {
+            packer.json().pointer_mut(&slot.at).into_iter().for_each(read_plainly);
+        }
     }
     let materials: Vec<usize> = (0..packer.asset().count("materials")).collect();
     add_normals(packer, textures, &materials)
@@ -71,6 +87,9 @@ pub(crate) fn dress_apart(
             let info = slot.at.strip_prefix(&at).and_then(|own| json.pointer_mut(own));
             if let (Some(info), Some(new)) = (info, new[texture]) {
                 info["index"] = json!(new);
+                if textures.relaid.contains(&material) {
+                    read_plainly(info);
+                }
                 is_other = true;
             }
         }
@@ -102,6 +121,18 @@ fn add_textures(
     texture_of
 }
 
+/// Reads a texture in the first UV set, as it is.
+fn read_plainly(info: &mut Value) {
+    let Some(info) = info.as_object_mut() else { return };
+    info.shift_remove("texCoord");
+    if let Some(extensions) = info.get_mut("extensions").and_then(Value::as_object_mut) {
+        extensions.shift_remove("KHR_texture_transform");
+        if extensions.is_empty() {
+            info.shift_remove("extensions");
+        }
+    }
+}
+
 /// Turns every source of a texture, its extensions' too, to the new images; false if it has none.
 fn redirect(texture: &mut Value, new: &[Option<usize>]) -> bool {
     let mut is_other = false;
@@ -130,6 +161,9 @@ fn add_normals(packer: &mut Packer, textures: &LevelTextures, materials: &[usize
             texture["sampler"] = sampler.clone();
         }
         info["index"] = json!(put(packer.json(), "textures", None, texture));
+        if normals.materials.iter().all(|material| textures.relaid.contains(material)) {
+            read_plainly(&mut info);
+        }
         for &material in &normals.materials {
             packer.json()["materials"][materials[material]]["normalTexture"] = info.clone();
         }

@@ -10,6 +10,7 @@ use seamwise_attr::{Level, WedgeId};
 
 use crate::accessor::Elements;
 use crate::carry::{Carrier, Footing, blend, copy, skin};
+use crate::dress::PartTextures;
 use crate::error::Result;
 use crate::geometry::{Geometry, Part, is_motion};
 use crate::skin::Named;
@@ -29,25 +30,25 @@ pub struct LevelPart {
 /// Turns a level back into primitives, one for each part of the source. A part of which no
 /// triangle is left is `None`.
 ///
-/// `sets` holds one UV set per part whose normal map is made anew, so that the level needs the tangents
-/// that it is made for; others have tangents if the source has.
+/// `textures` has one entry per part: a normal map that is made anew needs the tangents that it is made
+/// for; others have tangents if the source has.
 ///
 /// # Errors
 /// [`Error::Internal`] if the level does not belong to the geometry.
 pub fn level_parts(
     geometry: &Geometry,
     level: &Level,
-    sets: &[Option<usize>],
+    textures: &[PartTextures],
 ) -> Result<Vec<Option<LevelPart>>> {
     let carrier = Carrier::new(geometry, level);
-    let part = |(group, set): (usize, &Option<usize>)| level_part(&carrier, group, *set);
-    sets.iter().enumerate().map(part).collect()
+    let part = |(group, own): (usize, &PartTextures)| level_part(&carrier, group, *own);
+    textures.iter().enumerate().map(part).collect()
 }
 
 fn level_part(
     carrier: &Carrier<'_>,
     group: usize,
-    set: Option<usize>,
+    textures: PartTextures,
 ) -> Result<Option<LevelPart>> {
     let Carrier { geometry, level, .. } = *carrier;
     let corners = Corners::of_group(&level.mesh, group as u32);
@@ -56,7 +57,7 @@ fn level_part(
     }
     let part = &geometry.parts[group];
     let has_tangents = part.primitive.accessor("TANGENT").is_some();
-    let set = set.or(has_tangents.then_some(part.normal_uv));
+    let set = textures.tangents.or(has_tangents.then_some(part.normal_uv));
     let tangents = match set {
         Some(set) => corners.tangents(&level.mesh, set)?,
         None => Vec::new(),
@@ -74,6 +75,10 @@ fn level_part(
         part.primitive.attributes.iter().map(|(name, _)| name.as_str()).collect();
     if set.is_some() && !has_tangents {
         names.push("TANGENT");
+    }
+    if textures.is_relaid {
+        names.retain(|name| !name.starts_with("TEXCOORD_"));
+        names.push("TEXCOORD_0");
     }
     let made = |name: &str| (name.to_owned(), attribute(name, part, level, &vertices, &carried));
     Ok(Some(LevelPart {

@@ -15,7 +15,7 @@ use seamwise::evaluate;
 use seamwise::evaluate::scene::Mode;
 use seamwise::limit::MemoryLimit;
 use seamwise::options::{BakeOptions, ReportOptions, Targets, Textures};
-use seamwise::transfer::{BakeNormals, Sizes, TransferOptions};
+use seamwise::transfer::{Atlas, BakeNormals, Sizes, TransferOptions};
 use seamwise_attr::Polish;
 use steering::SteeringArgs;
 
@@ -91,6 +91,9 @@ pub(crate) struct BakeArgs {
     /// What becomes of the textures.
     #[arg(long, value_enum, default_value_t = TextureMode::Repair)]
     textures: TextureMode,
+    /// With transfer: where the levels' textures are laid out.
+    #[arg(long, value_enum, default_value_t = AtlasMode::Keep)]
+    atlas: AtlasMode,
     /// With transfer: the side of each level's textures over those of the level before, above 0 and
     /// up to 1. Without it they are as large as it takes where the level is shown.
     #[arg(long, value_name = "S", value_parser = parse_scale)]
@@ -153,6 +156,15 @@ pub(crate) enum TextureMode {
     Keep,
 }
 
+/// `--atlas`.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum AtlasMode {
+    /// Where the source's are; those whose layout tiles or overlaps stay shared.
+    Keep,
+    /// In a packed atlas of their own for each level.
+    New,
+}
+
 /// `--bake-normals`.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub(crate) enum NormalMode {
@@ -207,6 +219,10 @@ impl BakeArgs {
             polish: self.polish(),
             textures: match self.textures {
                 TextureMode::Transfer => Textures::Transfer(TransferOptions {
+                    atlas: match self.atlas {
+                        AtlasMode::Keep => Atlas::Keep,
+                        AtlasMode::New => Atlas::New,
+                    },
                     sizes: self.sizes(),
                     bake_normals: self.bake_normals.into(),
                 }),

@@ -8,7 +8,7 @@ use seamwise_attr::Mesh;
 use seamwise_texture::transfer::{Job, Output, Pair, Picture, Reading, Transferred, transfer};
 use seamwise_texture::{Role, Validity, repair};
 
-use super::plan::{Charts, ImageUse, NewNormals, UvLayout, faces};
+use super::plan::{Charts, ImageUse, NewNormals, SourceReading, UvLayout, faces};
 use super::{BakeNormals, Origin, Plan, TransferOptions};
 use crate::asset::{EncodedImage, ImageFormat};
 use crate::dress::NormalMap;
@@ -123,11 +123,11 @@ impl Sheet<'_> {
         options: &TransferOptions,
         rows: &AtomicUsize,
     ) -> Result<Made> {
-        let wrap = self.layout.wrap;
+        let (wrap, is_in_place) = (self.layout.wrap, !self.layout.is_new);
         let outputs = self.outputs(originals);
         let faces = faces(&self.layout.charts, &worn.meshes);
         let (pairs, faces, outputs) = (&worn.pairs[..], &faces[..], &outputs[..]);
-        let job = Job { pairs, faces, size, wrap, is_in_place: true, outputs };
+        let job = Job { pairs, faces, size, wrap, is_in_place, outputs };
         let internal = |error: seamwise_texture::Error| Error::Internal { what: error.to_string() };
         let Transferred { images, normal_degrees_rms } = transfer(&job, rows).map_err(internal)?;
         let fill = |((mut image, validity), output): ((DynamicImage, Validity), &Output<'_>)| {
@@ -159,31 +159,19 @@ impl Sheet<'_> {
     fn outputs<'a>(&self, originals: &'a [Original]) -> Vec<Output<'a>> {
         let charts = &self.layout.charts;
         let old = self.images.iter().zip(originals).map(|(own, original)| {
-            let reading = |(charts, &scale): (&Charts, &f32)| {
-                Some(self.reading(charts, Some(&original.picture), scale))
+            let reading = |reading: &Option<SourceReading>| {
+                let SourceReading { uv_set, transform, wrap, normal_scale } = (*reading)?;
+                let (picture, level_normal_scale) = (Some(&original.picture), normal_scale);
+                Some(Reading { picture, uv_set, transform, wrap, normal_scale, level_normal_scale })
             };
-            let readings = charts.iter().zip(&own.normal_scales).map(reading).collect();
+            let readings = own.readings.iter().map(reading).collect();
             Output { role: own.role, color: original.color, readings }
         });
         let new = self.normals.iter().map(|normals| {
-            let reading = |charts: &Charts| {
-                normals.charts.contains(charts).then(|| self.reading(charts, None, 1.0))
-            };
+            let reading = |charts: &Charts| normals.charts.contains(charts).then(Reading::default);
             let readings = charts.iter().map(reading).collect();
             Output { role: Role::Normal, color: ColorType::Rgb8, readings }
         });
         old.chain(new).collect()
-    }
-
-    fn reading<'a>(
-        &self,
-        charts: &Charts,
-        picture: Option<&'a Picture>,
-        normal_scale: f32,
-    ) -> Reading<'a> {
-        let Charts { uv_set, transform, .. } = *charts;
-        let wrap = self.layout.wrap;
-        let level_normal_scale = normal_scale;
-        Reading { picture, uv_set, transform, wrap, normal_scale, level_normal_scale }
     }
 }

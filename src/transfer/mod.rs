@@ -6,6 +6,7 @@
 
 mod make;
 mod plan;
+mod relay;
 mod sizes;
 
 use std::sync::atomic::AtomicUsize;
@@ -16,7 +17,7 @@ use seamwise_attr::{Level, Mesh};
 use seamwise_texture::transfer::{Pair, Side, Source};
 
 use crate::asset::{Asset, EncodedImage};
-use crate::atlas::ImageRepair;
+use crate::atlas::{ImageRepair, worn_materials};
 use crate::certificate::Screen;
 use crate::dress::LevelTextures;
 use crate::error::{Error, Result};
@@ -25,9 +26,10 @@ use crate::limit::MemoryLimit;
 use crate::progress::Progress;
 use crate::tangents::{mesh_tangents, source_tangents};
 use make::{Made, Sheet, Worn, sheets};
-use plan::NewNormals;
 pub(crate) use plan::Plan;
-pub use plan::Shared;
+pub use plan::{Atlas, Shared};
+use plan::{NewNormals, UvLayout};
+use relay::relay;
 pub use sizes::Sizes;
 use sizes::{Share, Yardstick, fit, halved};
 
@@ -52,6 +54,8 @@ pub enum BakeNormals {
 /// How textures are made anew.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TransferOptions {
+    /// Where they are laid out.
+    pub atlas: Atlas,
     /// How large the images are.
     pub sizes: Sizes,
     /// Whether levels gain normal maps.
@@ -71,56 +75,77 @@ pub(crate) struct Origin<'a> {
     pub(crate) limit: MemoryLimit,
 }
 
-/// Makes the textures of all levels; `chains` has those of each surface.
+/// Makes the textures of all levels; `chains` has those of each surface. Where charts are laid out
+/// anew, the levels in their new layout as well.
 ///
 /// # Errors
 /// [`Error::Invalid`] if an image is damaged or takes more memory than the limit; [`Error::Options`]
-/// if no size of images fits a budget.
+/// if no size of images fits a budget; [`Error::Unsupported`] if a new atlas does not hold all charts.
 pub(crate) fn transfer_all(
     origin: &Origin<'_>,
     plan: &Plan,
     chains: &[Vec<Level>],
     options: &TransferOptions,
     progress: &Progress,
-) -> Result<Vec<LevelTextures>> {
+) -> Result<(Vec<LevelTextures>, Option<Chains>)> {
     let Origin { asset, surfaces, .. } = *origin;
-    let sets = plan.normal_sets(surfaces, |_| options.bake_normals != BakeNormals::Off);
-    let tangents = source_tangents_of(asset, surfaces, &sets)?;
+    let tangents = source_tangents_of(asset, surfaces, &plan.source_sets(surfaces))?;
     let sources: Vec<Source<'_>> = surfaces
         .par_iter()
         .zip(&tangents)
         .map(|(surface, tangents)| Source::new(Side { mesh: &surface.welded.mesh, tangents }))
         .collect();
-    let count = chains.first().map_or(0, Vec::len);
-    let meshes: Vec<Vec<&Mesh>> =
-        (0..count).map(|level| chains.iter().map(|chain| &chain[level].mesh).collect()).collect();
-    let tangents: Vec<Vec<Tangents>> =
-        meshes.iter().map(|meshes| level_tangents(meshes, &sets)).collect::<Result<_>>()?;
+    let meshes = meshes_by_level(chains);
     let distances: Vec<Vec<f32>> = meshes.iter().map(|level| distances(&sources, level)).collect();
-    let levels: Vec<Worn<'_>> = meshes
-        .into_iter()
-        .zip(&tangents)
-        .zip(&distances)
-        .map(|((meshes, tangents), distances)| {
-            let surfaces = sources.iter().zip(&meshes).zip(tangents).zip(distances);
-            let pairs = surfaces.map(|(((source, &mesh), tangents), distance)| Pair {
-                source,
-                level: Side { mesh, tangents },
-                cage: CAGE * distance,
-            });
-            Worn { pairs: pairs.collect(), meshes }
-        })
-        .collect();
     let yardstick = Yardstick::new(asset, surfaces, &distances, &origin.screen)?;
     let sheets = sheets(origin, plan, options)?;
+    let mut sizes = first_sizes(&sheets, &yardstick, surfaces, options.sizes);
+    let relaid = relay_all(&sheets, &mut sizes, chains, &yardstick)?;
+    let worn = meshes_by_level(relaid.as_deref().unwrap_or(chains));
+    let sets = plan.level_sets(surfaces, |_| options.bake_normals != BakeNormals::Off);
+    let tangents: Vec<Vec<Tangents>> =
+        worn.iter().map(|meshes| level_tangents(meshes, &sets)).collect::<Result<_>>()?;
+    let levels = (0..worn.len())
+        .map(|level| Worn {
+            meshes: worn[level].clone(),
+            pairs: pairs(&sources, &meshes[level], &tangents[level], &distances[level]),
+        })
+        .collect();
     let stage = Stage { origin, yardstick, sheets, levels, options, progress };
-    Ok(stage.dress(plan, stage.run()?))
+    let textures = stage.dress(plan, stage.run(&sizes)?)?;
+    Ok((textures, relaid))
+}
+
+/// The surfaces of a level with their sources.
+fn pairs<'a>(
+    sources: &'a [Source<'a>],
+    meshes: &[&'a Mesh],
+    tangents: &'a [Tangents],
+    distances: &[f32],
+) -> Vec<Pair<'a>> {
+    let surfaces = sources.iter().zip(meshes).zip(tangents).zip(distances);
+    surfaces
+        .map(|(((source, &mesh), tangents), distance)| Pair {
+            source,
+            level: Side { mesh, tangents },
+            cage: CAGE * distance,
+        })
+        .collect()
 }
 
 /// One triple per triangle.
 type Tangents = Vec<[Vec4; 3]>;
 /// One per part: the UV set of its normal map.
 type Sets = Vec<Option<usize>>;
+/// Width and height of the images of each sheet, level by level.
+type SheetSizes = Vec<Vec<[usize; 2]>>;
+
+/// The meshes of each level, one per surface.
+fn meshes_by_level(chains: &[Vec<Level>]) -> Vec<Vec<&Mesh>> {
+    let count = chains.first().map_or(0, Vec::len);
+    let of = |level: usize| chains.iter().map(|chain| &chain[level].mesh).collect();
+    (0..count).map(of).collect()
+}
 
 fn source_tangents_of(
     asset: &Asset,
@@ -140,6 +165,61 @@ fn distances(sources: &[Source<'_>], meshes: &[&Mesh]) -> Vec<f32> {
     sources.par_iter().zip(meshes).map(|(source, mesh)| source.rms_distance(mesh)).collect()
 }
 
+/// Sizes before a budget is looked at.
+fn first_sizes(
+    sheets: &[Sheet<'_>],
+    yardstick: &Yardstick,
+    surfaces: &[Geometry],
+    sizes: Sizes,
+) -> SheetSizes {
+    let size = |sheet: &Sheet<'_>, level: usize| match sizes {
+        Sizes::Needed | Sizes::Budget(_) => {
+            halved(sheet.size, yardstick.unseen(surfaces, sheet.layout, sheet.size, level))
+        }
+        Sizes::Scale(scale) => {
+            let factor = scale.powi(level as i32 + 1);
+            sheet.size.map(|side| ((side as f64 * factor).round() as usize).clamp(1, side))
+        }
+    };
+    let of = |sheet| (0..yardstick.levels()).map(|level| size(sheet, level)).collect();
+    sheets.iter().map(of).collect()
+}
+
+/// The levels of each surface.
+type Chains = Vec<Vec<Level>>;
+
+/// The levels with the charts of new layouts in their places; `None` if there are no such layouts.
+/// Sizes grow where an atlas would not hold all charts.
+fn relay_all(
+    sheets: &[Sheet<'_>],
+    sizes: &mut SheetSizes,
+    chains: &[Vec<Level>],
+    yardstick: &Yardstick,
+) -> Result<Option<Chains>> {
+    if !sheets.iter().any(|sheet| sheet.layout.is_new) {
+        return Ok(None);
+    }
+    let mut relaid = vec![Vec::new(); chains.len()];
+    for level in 0..yardstick.levels() {
+        let mut surfaces: Vec<Level> = chains.iter().map(|chain| chain[level].clone()).collect();
+        let layouts = sheets.chunk_by(|a, b| std::ptr::eq(a.layout, b.layout));
+        let mut sizes = sizes.iter_mut();
+        for own in layouts {
+            let sizes: Vec<_> = sizes.by_ref().take(own.len()).collect();
+            if !own[0].layout.is_new {
+                continue;
+            }
+            let side = sizes.iter().flat_map(|sizes| sizes[level]).max().unwrap_or(1);
+            let times = relay(own[0].layout, &mut surfaces, yardstick.stretches(), side)?;
+            for sizes in sizes {
+                sizes[level] = sizes[level].map(|side| side * times);
+            }
+        }
+        relaid.iter_mut().zip(surfaces).for_each(|(chain, level)| chain.push(level));
+    }
+    Ok(Some(relaid))
+}
+
 /// Everything that the images of all levels are made from.
 struct Stage<'a> {
     origin: &'a Origin<'a>,
@@ -152,12 +232,9 @@ struct Stage<'a> {
 
 impl Stage<'_> {
     /// The images of each sheet, level by level.
-    fn run(&self) -> Result<Vec<Vec<Made>>> {
-        let sizes = self.sizes();
-        let Sizes::Budget(budget) = self.options.sizes else {
-            return self.make(&sizes, Vec::new());
-        };
-        let mut made = self.make(&sizes, Vec::new())?;
+    fn run(&self, sizes: &SheetSizes) -> Result<Vec<Vec<Made>>> {
+        let mut made = self.make(sizes, Vec::new())?;
+        let Sizes::Budget(budget) = self.options.sizes else { return Ok(made) };
         let mut shares = self.shares(&made)?;
         for _ in 0..ATTEMPTS {
             let bytes: usize = made.iter().flatten().map(Made::bytes).sum();
@@ -175,30 +252,11 @@ impl Stage<'_> {
                 let own = shares.by_ref().take(self.levels.len());
                 own.map(|share| halved(sheet.size, share.halvings)).collect()
             };
-            let sizes: Vec<Vec<[usize; 2]>> = self.sheets.iter().map(next).collect();
+            let sizes: SheetSizes = self.sheets.iter().map(next).collect();
             made = self.make(&sizes, made)?;
         }
         let what = format!("no size of the levels' textures fits a budget of {budget} bytes");
         Err(Error::Options { what })
-    }
-
-    /// Sizes before a budget is looked at: of each sheet, level by level.
-    fn sizes(&self) -> Vec<Vec<[usize; 2]>> {
-        let size = |sheet: &Sheet<'_>, level: usize| match self.options.sizes {
-            Sizes::Needed | Sizes::Budget(_) => halved(sheet.size, self.unseen(sheet, level)),
-            Sizes::Scale(scale) => {
-                let factor = scale.powi(level as i32 + 1);
-                sheet.size.map(|side| ((side as f64 * factor).round() as usize).clamp(1, side))
-            }
-        };
-        let levels = 0..self.levels.len();
-        let of = |sheet| levels.clone().map(|level| size(sheet, level)).collect();
-        self.sheets.iter().map(of).collect()
-    }
-
-    fn unseen(&self, sheet: &Sheet<'_>, level: usize) -> u32 {
-        let charts = &sheet.layout.charts;
-        self.yardstick.unseen(self.origin.surfaces, charts, sheet.size, level)
     }
 
     /// Makes all images that `before` does not have at their size.
@@ -240,7 +298,8 @@ impl Stage<'_> {
     fn shares(&self, made: &[Vec<Made>]) -> Result<Vec<Share>> {
         let mut shares = Vec::new();
         for (sheet, made) in self.sheets.iter().zip(made) {
-            let area = self.yardstick.share(self.origin.surfaces, &sheet.layout.charts);
+            let surfaces = self.origin.surfaces;
+            let area = self.yardstick.share(surfaces, &sheet.layout.charts);
             let mut details: Vec<f64> = Vec::new();
             for original in sheet.originals(self.origin)? {
                 let own = original.picture.details();
@@ -248,7 +307,7 @@ impl Stage<'_> {
                 details.iter_mut().zip(own).for_each(|(sum, lost)| *sum += area * lost);
             }
             for (level, made) in made.iter().enumerate() {
-                let unseen = self.unseen(sheet, level);
+                let unseen = self.yardstick.unseen(surfaces, sheet.layout, sheet.size, level);
                 let (bytes, details) = (made.bytes() as f64, details.clone());
                 shares.push(Share { bytes, halvings: unseen, unseen, details });
             }
@@ -257,7 +316,7 @@ impl Stage<'_> {
     }
 
     /// What each level wears.
-    fn dress(&self, plan: &Plan, made: Vec<Vec<Made>>) -> Vec<LevelTextures> {
+    fn dress(&self, plan: &Plan, made: Vec<Vec<Made>>) -> Result<Vec<LevelTextures>> {
         let surfaces = self.origin.surfaces;
         let shared = LevelTextures::shared(self.origin.images, surfaces);
         let mut levels = vec![shared; self.levels.len()];
@@ -269,11 +328,19 @@ impl Stage<'_> {
                 level.normals.extend(made.normals);
             }
         }
+        let relaid: Vec<&UvLayout> = plan.layouts.iter().filter(|layout| layout.is_new).collect();
         for level in &mut levels {
             let like: Vec<&String> = level.normals.iter().map(|own| &own.like).collect();
             let has = |own: &NewNormals| like.contains(&&own.like);
-            level.sets = plan.normal_sets(surfaces, has);
+            for (own, sets) in level.parts.iter_mut().zip(plan.level_sets(surfaces, has)) {
+                own.iter_mut().zip(sets).for_each(|(part, set)| part.tangents = set);
+            }
+            for charts in relaid.iter().flat_map(|layout| &layout.charts) {
+                let part = &surfaces[charts.surface].parts[charts.group as usize];
+                level.parts[charts.surface][charts.group as usize].is_relaid = true;
+                level.relaid.extend(worn_materials(self.origin.asset, &part.primitive)?);
+            }
         }
-        levels
+        Ok(levels)
     }
 }

@@ -35,12 +35,15 @@ impl Charts {
     }
 }
 
-/// Images that the same triangles read at the same places.
+/// Images that the same triangles of a level read at the same places.
 #[derive(Clone, Debug)]
 pub(crate) struct UvLayout {
+    /// How the level reads them.
     pub(crate) charts: Vec<Charts>,
     pub(crate) wrap: [Wrap; 2],
     pub(crate) images: Vec<ImageUse>,
+    /// Whether the level's charts are laid out anew.
+    pub(crate) is_new: bool,
 }
 
 /// An image of a layout.
@@ -49,8 +52,18 @@ pub(crate) struct ImageUse {
     pub(crate) image: usize,
     /// What its texels mean.
     pub(crate) role: Role,
-    /// One per entry of the layout's charts: factor on x and y of a normal.
-    pub(crate) normal_scales: Vec<f32>,
+    /// One per entry of the layout's charts: how the source reads it, if those triangles wear it.
+    pub(crate) readings: Vec<Option<SourceReading>>,
+}
+
+/// How triangles of the source read an image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct SourceReading {
+    pub(crate) uv_set: usize,
+    pub(crate) transform: Affine2,
+    pub(crate) wrap: [Wrap; 2],
+    /// Factor on x and y of a normal.
+    pub(crate) normal_scale: f32,
 }
 
 /// Why an image is shared by all levels instead of made anew.
@@ -71,6 +84,9 @@ pub enum Shared {
     /// Texels are worn in more than one place.
     #[error("{:.0} % of its texels are worn in several places", .0 * 100.0)]
     Overlap(f64),
+    /// It can't be laid out anew with the other images that the same triangles wear.
+    #[error("the same triangles read it, or another image with it, in several ways")]
+    Tangled,
 }
 
 /// A normal map for materials that have none, in the layout of another of their images.
@@ -84,8 +100,18 @@ pub(crate) struct NewNormals {
     pub(crate) image: usize,
 }
 
+/// Where the textures of levels are laid out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Atlas {
+    /// Where the source's are; images whose layout tiles or overlaps stay shared.
+    #[default]
+    Keep,
+    /// In an atlas of their own, one for each set of images that the same triangles wear.
+    New,
+}
+
 /// What becomes of each image.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Plan {
     pub(crate) layouts: Vec<UvLayout>,
     pub(crate) normals: Vec<NewNormals>,
@@ -95,10 +121,19 @@ pub(crate) struct Plan {
 
 impl Plan {
     /// Looks at who wears which image where.
-    pub(crate) fn new(asset: &Asset, surfaces: &[Geometry]) -> Result<Self> {
+    pub(crate) fn new(asset: &Asset, surfaces: &[Geometry], atlas: Atlas) -> Result<Self> {
         let uses = uses(asset, surfaces)?;
-        let (layouts, normals, shared) = (Vec::new(), Vec::new(), Vec::new());
-        let mut plan = Self { layouts, normals, shared };
+        let mut plan = match atlas {
+            Atlas::Keep => Self::in_place(uses, surfaces),
+            Atlas::New => Self::anew(&uses),
+        };
+        plan.add_normals(asset, surfaces)?;
+        Ok(plan)
+    }
+
+    /// Each image in the layout that it has.
+    fn in_place(uses: Vec<Used>, surfaces: &[Geometry]) -> Self {
+        let mut plan = Self::default();
         for (image, used) in uses.into_iter().enumerate() {
             let shared = used.shared(surfaces);
             if shared.is_none() {
@@ -106,8 +141,51 @@ impl Plan {
             }
             plan.shared.push(shared);
         }
-        plan.add_normals(asset, surfaces)?;
-        Ok(plan)
+        plan
+    }
+
+    fn add(&mut self, image: usize, used: Used) {
+        let Used { charts, wrap, role, readings, .. } = used;
+        let own = ImageUse { image, role, readings: readings.into_iter().map(Some).collect() };
+        let same = |layout: &&mut UvLayout| layout.charts == charts && layout.wrap == wrap;
+        match self.layouts.iter_mut().find(same) {
+            Some(layout) => layout.images.push(own),
+            None => {
+                self.layouts.push(UvLayout { charts, wrap, images: vec![own], is_new: false });
+            }
+        }
+    }
+
+    /// Images that triangles wear together, in one new layout each.
+    fn anew(uses: &[Used]) -> Self {
+        let shared = uses.iter().map(|used| used.unfit(|| used.is_tangled())).collect();
+        let mut plan = Self { shared, ..Self::default() };
+        for images in worn_together(uses) {
+            if images.iter().any(|&image| plan.shared[image].is_some()) {
+                for image in images {
+                    plan.shared[image].get_or_insert(Shared::Tangled);
+                }
+                continue;
+            }
+            let charts = images.iter().flat_map(|&image| &uses[image].charts);
+            let mut groups: Vec<(usize, u32)> = charts.map(|c| (c.surface, c.group)).collect();
+            groups.sort_unstable();
+            groups.dedup();
+            let own = |&image: &usize| uses[image].image_use(image, &groups);
+            let anew = |&(surface, group): &(usize, u32)| Charts {
+                surface,
+                group,
+                uv_set: 0,
+                transform: Affine2::IDENTITY,
+            };
+            plan.layouts.push(UvLayout {
+                wrap: uses[images[0]].wrap,
+                images: images.iter().map(own).collect(),
+                charts: groups.iter().map(anew).collect(),
+                is_new: true,
+            });
+        }
+        plan
     }
 
     /// Plans a normal map for each lit material without one, where one of its images is made anew.
@@ -124,7 +202,8 @@ impl Plan {
                 |layout: &&UvLayout| layout.images.iter().any(|own| own.image == slot.image);
             let Some(layout) = self.layouts.iter().find(is_like) else { continue };
             let mut charts = Vec::new();
-            for own in layout.charts.iter().filter(|c| c.reads_like(slot)) {
+            let own = layout.charts.iter().filter(|c| layout.is_new || c.reads_like(slot));
+            for own in own {
                 let part = &surfaces[own.surface].parts[own.group as usize];
                 let normals = surfaces[own.surface].welded.mesh.layout.normal;
                 if normals && worn_materials(asset, &part.primitive)?.contains(&material) {
@@ -149,34 +228,64 @@ impl Plan {
         Ok(())
     }
 
-    /// One per surface and part: the UV set by whose tangents a normal map is made anew.
-    /// `has` tells which of the planned ones are.
-    pub(crate) fn normal_sets(
+    /// One per surface and part: the UV set by whose tangents a level reads a normal map that is made
+    /// anew. `has` tells which of the planned ones are.
+    pub(crate) fn level_sets(
         &self,
         surfaces: &[Geometry],
         has: impl Fn(&NewNormals) -> bool,
     ) -> Vec<Vec<Option<usize>>> {
-        let none = |surface: &Geometry| vec![None; surface.parts.len()];
-        let mut sets: Vec<Vec<Option<usize>>> = surfaces.iter().map(none).collect();
-        let is_normal =
-            |layout: &&UvLayout| layout.images.iter().any(|own| own.role == Role::Normal);
+        let mut sets = no_sets(surfaces);
         let made = self.normals.iter().filter(|own| has(own)).map(|normals| &normals.charts);
-        let old = self.layouts.iter().filter(is_normal).map(|layout| &layout.charts);
+        let old = self.normal_maps().map(|(layout, _)| &layout.charts);
         for charts in old.chain(made).flatten() {
             sets[charts.surface][charts.group as usize] = Some(charts.uv_set);
         }
         sets
     }
 
-    fn add(&mut self, image: usize, used: Used) {
-        let Used { charts, wrap, role, normal_scales, .. } = used;
-        let own = ImageUse { image, role, normal_scales };
-        let same = |layout: &&mut UvLayout| layout.charts == charts && layout.wrap == wrap;
-        match self.layouts.iter_mut().find(same) {
-            Some(layout) => layout.images.push(own),
-            None => self.layouts.push(UvLayout { charts, wrap, images: vec![own] }),
+    /// The same for the source.
+    pub(crate) fn source_sets(&self, surfaces: &[Geometry]) -> Vec<Vec<Option<usize>>> {
+        let mut sets = no_sets(surfaces);
+        for (layout, own) in self.normal_maps() {
+            for (charts, reading) in layout.charts.iter().zip(&own.readings) {
+                if let Some(reading) = reading {
+                    sets[charts.surface][charts.group as usize] = Some(reading.uv_set);
+                }
+            }
         }
+        sets
     }
+
+    /// The normal maps that are made anew from the source's.
+    fn normal_maps(&self) -> impl Iterator<Item = (&UvLayout, &ImageUse)> {
+        let all = self.layouts.iter().flat_map(|l| l.images.iter().map(move |own| (l, own)));
+        all.filter(|(_, own)| own.role == Role::Normal)
+    }
+}
+
+fn no_sets(surfaces: &[Geometry]) -> Vec<Vec<Option<usize>>> {
+    surfaces.iter().map(|surface| vec![None; surface.parts.len()]).collect()
+}
+
+/// Images in sets: two are in one if the same triangles wear both.
+fn worn_together(uses: &[Used]) -> Vec<Vec<usize>> {
+    type Set = (Vec<usize>, Vec<(usize, u32)>);
+    let mut sets: Vec<Set> = Vec::new();
+    for (image, used) in uses.iter().enumerate().filter(|(_, used)| !used.charts.is_empty()) {
+        let own: Vec<(usize, u32)> = used.charts.iter().map(|c| (c.surface, c.group)).collect();
+        let (with, apart): (Vec<_>, Vec<_>) =
+            sets.into_iter().partition(|(_, groups)| groups.iter().any(|g| own.contains(g)));
+        let (mut images, mut groups) = (vec![image], own);
+        for (other, more) in with {
+            images.extend(other);
+            groups.extend(more);
+        }
+        images.sort_unstable();
+        sets = apart;
+        sets.push((images, groups));
+    }
+    sets.into_iter().map(|(images, _)| images).collect()
 }
 
 /// How an image is used.
@@ -186,7 +295,7 @@ struct Used {
     wrap: [Wrap; 2],
     charts: Vec<Charts>,
     /// One per entry of `charts`.
-    normal_scales: Vec<f32>,
+    readings: Vec<SourceReading>,
     is_worn: bool,
     beyond_charts: bool,
     lacks_uvs: bool,
@@ -204,33 +313,58 @@ impl Used {
         if slot.uv_set >= mesh.layout.uv_sets {
             self.lacks_uvs = true;
         } else if !self.charts.contains(&charts) {
+            let &TextureSlot { uv_set, transform, wrap, normal_scale, .. } = slot;
             self.charts.push(charts);
-            self.normal_scales.push(slot.normal_scale);
+            self.readings.push(SourceReading { uv_set, transform, wrap, normal_scale });
         }
     }
 
-    /// Why it can't be made anew.
+    /// Why it can't be made anew in its own layout.
     fn shared(&self, surfaces: &[Geometry]) -> Option<Shared> {
+        self.unfit(|| false).or_else(|| {
+            let meshes: Vec<&Mesh> = surfaces.iter().map(|surface| &surface.welded.mesh).collect();
+            let faces = faces(&self.charts, &meshes);
+            let spans = |face: &Face| {
+                let [a, b, c] = face.uvs;
+                (a.max(b).max(c) - a.min(b).min(c)).max_element() > 1.0
+            };
+            if faces.iter().any(spans) {
+                return Some(Shared::Tiling);
+            }
+            let share = overlap(&faces, [LOOK; 2], self.wrap);
+            (share > MOST_OVERLAP).then_some(Shared::Overlap(share))
+        })
+    }
+
+    /// Why it can't be made anew in any layout.
+    fn unfit(&self, is_tangled: impl Fn() -> bool) -> Option<Shared> {
         if !self.is_worn {
-            return Some(Shared::NotWorn);
+            Some(Shared::NotWorn)
+        } else if self.beyond_charts {
+            Some(Shared::BeyondCharts)
+        } else if self.lacks_uvs || self.charts.is_empty() {
+            Some(Shared::NoCharts)
+        } else if is_tangled() {
+            Some(Shared::Tangled)
+        } else {
+            None
         }
-        if self.beyond_charts {
-            return Some(Shared::BeyondCharts);
-        }
-        if self.lacks_uvs || self.charts.is_empty() {
-            return Some(Shared::NoCharts);
-        }
-        let meshes: Vec<&Mesh> = surfaces.iter().map(|surface| &surface.welded.mesh).collect();
-        let faces = faces(&self.charts, &meshes);
-        let spans = |face: &Face| {
-            let [a, b, c] = face.uvs;
-            (a.max(b).max(c) - a.min(b).min(c)).max_element() > 1.0
+    }
+
+    /// Whether triangles read it in several ways.
+    fn is_tangled(&self) -> bool {
+        let mut groups: Vec<_> = self.charts.iter().map(|c| (c.surface, c.group)).collect();
+        groups.sort_unstable();
+        groups.windows(2).any(|pair| pair[0] == pair[1])
+    }
+
+    /// The image in a new layout of groups.
+    fn image_use(&self, image: usize, groups: &[(usize, u32)]) -> ImageUse {
+        let reading = |&(surface, group): &(usize, u32)| {
+            let own = self.charts.iter().position(|c| (c.surface, c.group) == (surface, group));
+            own.map(|at| self.readings[at])
         };
-        if faces.iter().any(spans) {
-            return Some(Shared::Tiling);
-        }
-        let share = overlap(&faces, [LOOK; 2], self.wrap);
-        (share > MOST_OVERLAP).then_some(Shared::Overlap(share))
+        ImageUse { image, role: self.role, readings: groups.iter().map(reading).collect() }
     }
 }
 

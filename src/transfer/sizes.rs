@@ -11,8 +11,9 @@
 
 use glam::DVec3;
 use seamwise_attr::{Mesh, area_vector};
+use seamwise_texture::transfer::Face;
 
-use super::plan::{Charts, faces};
+use super::plan::{Charts, UvLayout, faces};
 use crate::asset::Asset;
 use crate::certificate::Screen;
 use crate::error::Result;
@@ -20,6 +21,9 @@ use crate::evaluate::switch::largest_size;
 use crate::geometry::Geometry;
 use crate::nodes::mesh_worlds;
 use crate::steering::largest_stretch;
+
+/// The share of a new atlas that charts cover, about.
+const PACKED: f64 = 0.6;
 
 /// How large the images of each level are; never larger than the source's.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -87,23 +91,27 @@ impl Yardstick {
         (squares.sum::<f64>() / area.max(f64::MIN_POSITIVE)).sqrt() / self.diagonal
     }
 
-    /// How many halvings of an image of `size`, worn by `charts` of the source, are not seen on a
-    /// level.
+    /// How many levels there are.
+    pub(super) fn levels(&self) -> usize {
+        self.pixels.len()
+    }
+
+    /// One per surface: lengths in the scene over those of its mesh.
+    pub(super) fn stretches(&self) -> &[f64] {
+        &self.stretches
+    }
+
+    /// How many halvings of an image of `size` in a layout are not seen on a level.
     pub(super) fn unseen(
         &self,
         surfaces: &[Geometry],
-        charts: &[Charts],
+        layout: &UvLayout,
         size: [usize; 2],
         level: usize,
     ) -> u32 {
-        let meshes: Vec<&Mesh> = surfaces.iter().map(|surface| &surface.welded.mesh).collect();
-        let faces = faces(charts, &meshes);
-        let shares = faces.iter().map(|face| {
-            let [a, b, c] = face.uvs.map(glam::Vec2::as_dvec2);
-            0.5 * (b - a).perp_dot(c - a).abs()
-        });
-        let texels = shares.sum::<f64>() * size[0] as f64 * size[1] as f64;
-        let density = (texels / self.worn_area(surfaces, charts)).sqrt();
+        let covered = if layout.is_new { PACKED } else { covered(surfaces, &layout.charts) };
+        let texels = covered * size[0] as f64 * size[1] as f64;
+        let density = (texels / self.worn_area(surfaces, &layout.charts)).sqrt();
         let halvings = (density * self.diagonal / self.pixels[level]).log2().floor();
         if halvings > 0.0 { halvings.min(32.0) as u32 } else { 0 }
     }
@@ -120,6 +128,16 @@ impl Yardstick {
         };
         charts.iter().map(of).sum()
     }
+}
+
+/// The share of an image that charts of the source cover.
+fn covered(surfaces: &[Geometry], charts: &[Charts]) -> f64 {
+    let meshes: Vec<&Mesh> = surfaces.iter().map(|surface| &surface.welded.mesh).collect();
+    let area = |face: &Face| {
+        let [a, b, c] = face.uvs.map(glam::Vec2::as_dvec2);
+        0.5 * (b - a).perp_dot(c - a).abs()
+    };
+    faces(charts, &meshes).iter().map(area).sum()
 }
 
 /// The area of the triangles of some groups.

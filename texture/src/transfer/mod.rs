@@ -90,6 +90,20 @@ pub struct Reading<'a> {
     pub level_normal_scale: f32,
 }
 
+impl Default for Reading<'_> {
+    /// Of no image.
+    fn default() -> Self {
+        Self {
+            picture: None,
+            uv_set: 0,
+            transform: Affine2::IDENTITY,
+            wrap: [Wrap::default(); 2],
+            normal_scale: 1.0,
+            level_normal_scale: 1.0,
+        }
+    }
+}
+
 /// An image to be made.
 #[derive(Clone, Debug)]
 pub struct Output<'a> {
