@@ -32,13 +32,15 @@ pub struct EncodedImage {
     pub format: ImageFormat,
 }
 
-/// Image formats that glTF 2.0 knows without extensions.
+/// Formats of images in a glTF document.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ImageFormat {
     /// Lossless.
     Png,
     /// Lossy.
     Jpeg,
+    /// Either; a texture names it in `EXT_texture_webp`. Written losslessly.
+    WebP,
 }
 
 impl From<ImageFormat> for image::ImageFormat {
@@ -46,6 +48,7 @@ impl From<ImageFormat> for image::ImageFormat {
         match format {
             ImageFormat::Png => Self::Png,
             ImageFormat::Jpeg => Self::Jpeg,
+            ImageFormat::WebP => Self::WebP,
         }
     }
 }
@@ -56,6 +59,7 @@ impl ImageFormat {
         match bytes {
             [0x89, b'P', b'N', b'G', ..] => Some(Self::Png),
             [0xff, 0xd8, 0xff, ..] => Some(Self::Jpeg),
+            [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => Some(Self::WebP),
             _ => None,
         }
     }
@@ -65,6 +69,15 @@ impl ImageFormat {
         match self {
             Self::Png => "image/png",
             Self::Jpeg => "image/jpeg",
+            Self::WebP => "image/webp",
+        }
+    }
+
+    /// The extension by which a texture names an image of this format, if core glTF has none.
+    pub const fn extension(self) -> Option<&'static str> {
+        match self {
+            Self::Png | Self::Jpeg => None,
+            Self::WebP => Some("EXT_texture_webp"),
         }
     }
 }

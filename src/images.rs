@@ -11,7 +11,7 @@ use image::{ColorType, DynamicImage, ImageDecoder, ImageEncoder, ImageError, Ima
 use crate::asset::{EncodedImage, ImageFormat};
 use crate::error::{Error, Result};
 use crate::limit::MemoryLimit;
-use crate::metadata::{Metadata, jpeg_ends};
+use crate::metadata::{Metadata, is_animated, jpeg_ends};
 
 /// How some Radiance HDR files begin, which the image crate knows only by their other name.
 pub(crate) const RGBE: &[u8] = b"#?RGBE";
@@ -35,9 +35,13 @@ impl Default for Encoding {
 /// Decodes an image; `at` names it in errors.
 ///
 /// # Errors
-/// [`Error::Invalid`] if it is damaged or takes more memory than the limit.
+/// [`Error::Invalid`] if it is damaged or takes more memory than the limit;
+/// [`Error::Unsupported`] if it is an animation, of which only a frame would be left.
 pub fn decode(image: &EncodedImage, at: &str, limit: MemoryLimit) -> Result<DynamicImage> {
     let format = image.format.into();
+    if is_animated(&image.bytes, format) {
+        return Err(Error::Unsupported { what: format!("{at}: an animation") });
+    }
     open(&image.bytes, format, limit)
         .map_err(|error| limit.explain(&error))
         .and_then(|decoder| limit.decode(decoder, format))
@@ -72,7 +76,7 @@ pub(crate) fn detect_format(bytes: &[u8]) -> Option<image::ImageFormat> {
     image::guess_format(bytes).ok().filter(image::ImageFormat::reading_enabled)
 }
 
-/// Encodes an image: losslessly as PNG, or as JPEG of quality 95.
+/// Encodes an image: losslessly as PNG or WebP, or as JPEG of quality 95.
 ///
 /// # Errors
 /// [`Error::Internal`] if the encoder can't take such texels.
@@ -187,9 +191,12 @@ mod tests {
     }
 
     #[test]
-    fn a_png_comes_back_as_it_was_and_a_jpeg_nearly() {
-        let png = encode(&picture(), ImageFormat::Png).unwrap();
-        assert_eq!(decode(&png, "", MemoryLimit::default()).unwrap(), picture());
+    fn what_is_lossless_comes_back_as_it_was_and_a_jpeg_nearly() {
+        for format in [ImageFormat::Png, ImageFormat::WebP] {
+            let lossless = encode(&picture(), format).unwrap();
+            assert_eq!(ImageFormat::detect(&lossless.bytes), Some(format));
+            assert_eq!(decode(&lossless, "", MemoryLimit::default()).unwrap(), picture());
+        }
         let jpeg = encode(&picture(), ImageFormat::Jpeg).unwrap();
         assert_eq!(decode(&jpeg, "", MemoryLimit::default()).unwrap().width(), 9);
     }

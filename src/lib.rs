@@ -42,6 +42,7 @@ pub mod certificate;
 mod chains;
 pub mod error;
 pub mod evaluate;
+mod extensions;
 pub mod geometry;
 pub mod images;
 pub mod inspect;

@@ -13,6 +13,7 @@ use serde_json::{Value, json};
 use crate::accessor::Elements;
 use crate::asset::{Asset, EncodedImage};
 use crate::error::{Error, Result};
+use crate::textures::match_formats;
 
 /// What the bytes of a buffer view are for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -228,7 +229,8 @@ fn bounds(elements: &Elements) -> (Vec<f32>, Vec<f32>) {
     (low, high)
 }
 
-/// Brings all bytes that the document refers to, images among them, into one buffer.
+/// Brings all bytes that the document refers to, images among them, into one buffer; what the
+/// document says of its images is said anew.
 ///
 /// # Errors
 /// [`Error::Invalid`] if a view runs past its buffer.
@@ -268,6 +270,7 @@ pub(crate) fn join_buffers(asset: &Asset) -> Result<Asset> {
         }
         json["images"][index]["mimeType"] = json!(image.format.mime());
     }
+    match_formats(&mut json, &asset.images);
     if bytes.is_empty() {
         json.as_object_mut().map(|document| document.shift_remove("buffers"));
         return Ok(Asset { json, buffers: Vec::new(), images: asset.images.clone() });

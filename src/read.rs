@@ -13,6 +13,7 @@ use crate::error::{Error, Result};
 /// accessor layer reads.
 const SUPPORTED: &[&str] = &[
     "EXT_mesh_gpu_instancing",
+    "EXT_texture_webp",
     "KHR_lights_punctual",
     "KHR_materials_pbrSpecularGlossiness",
     "KHR_materials_variants",
@@ -205,7 +206,7 @@ fn read_image(asset: &Asset, index: usize, folder: &Path) -> Result<EncodedImage
         }
     };
     let format = ImageFormat::detect(&bytes).ok_or_else(|| Error::Unsupported {
-        what: format!("{at}: an image that is no PNG or JPEG"),
+        what: format!("{at}: an image that is no PNG, JPEG or WebP"),
     })?;
     Ok(EncodedImage { bytes: bytes.into(), format })
 }

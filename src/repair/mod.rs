@@ -296,8 +296,9 @@ fn asset_image(asset: &Asset, repair: &ImageRepair, options: &RepairOptions) -> 
 fn encoding_notes(before: &EncodedImage, encoding: Encoding) -> Vec<String> {
     let note = match before.format {
         asset::ImageFormat::Png => png_widening(&before.bytes),
-        asset::ImageFormat::Jpeg if encoding.png => Some("it becomes a PNG".to_owned()),
+        _ if encoding.png => Some("it becomes a PNG".to_owned()),
         asset::ImageFormat::Jpeg => Some(reencoded(encoding.quality)),
+        asset::ImageFormat::WebP => Some(LOSSLESSLY.to_owned()),
     };
     note.into_iter().collect()
 }
@@ -306,6 +307,9 @@ fn encoding_notes(before: &EncodedImage, encoding: Encoding) -> Vec<String> {
 fn padding_note(texels: usize) -> Option<String> {
     (texels > 0).then(|| format!("{texels} texels of its padding are kept"))
 }
+
+/// What is to be said about a WebP.
+const LOSSLESSLY: &str = "it is written losslessly";
 
 /// What is to be said about a JPEG.
 fn reencoded(quality: u8) -> String {

@@ -1,0 +1,40 @@
+//! Real assets that are compressed, rigged or odd: each is read, baked and written as a valid file.
+
+mod common;
+
+use common::output::Output;
+use common::{Baked, measured, shared_assets};
+use seamwise::asset::Asset;
+use seamwise::bake::Input;
+use seamwise::options::{BakeOptions, Targets};
+use serde_json::json;
+
+/// Bakes two levels of a real asset; `None` where there is none.
+fn bake(name: &str) -> Option<(Asset, Vec<Output>)> {
+    let path = shared_assets()?.join(name);
+    let source = seamwise::read::read(&path).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let options = BakeOptions { targets: Targets::halves(2), ..measured() };
+    let baked = Baked::input(Input::File(&path), &options)
+        .unwrap_or_else(|error| panic!("{name}: {error}"));
+    for level in &baked.report.levels {
+        let luminance = level.metrics.expect("metrics").rms_luminance;
+        assert!(level.triangles > 0 && luminance < 0.2, "{name}: {luminance}");
+    }
+    let mut outputs = baked.levels();
+    outputs.push(baked.chain());
+    Some((source, outputs))
+}
+
+#[test]
+fn webp_textures_stay_webp() {
+    let Some((source, outputs)) = bake("compressed/cat_webp.glb") else {
+        return;
+    };
+    for output in outputs {
+        assert_eq!(output.json["textures"], source.json["textures"]);
+        assert_eq!(output.json["extensionsRequired"], json!(["EXT_texture_webp"]));
+        for image in output.json["images"].as_array().expect("images") {
+            assert_eq!(image["mimeType"], "image/webp");
+        }
+    }
+}
