@@ -22,7 +22,7 @@ use crate::levels::{Coverage, LevelMesh, chain_asset, level_asset};
 use crate::options::{BakeOptions, Textures};
 use crate::parts::level_parts;
 use crate::progress::Progress;
-use crate::read;
+use crate::read::{self, ReadOptions};
 use crate::report::html::{Extras, bake_page};
 use crate::report::pictures::{Gallery, draw_atlases};
 use crate::report::threads::time_threads;
@@ -72,10 +72,10 @@ impl Input<'_> {
         }
     }
 
-    fn read(&self) -> Result<Asset> {
+    fn read(&self, options: ReadOptions) -> Result<Asset> {
         match self {
-            Self::File(path) => read::read(path),
-            Self::Bytes(bytes, _) => read::read_bytes(bytes, Path::new("")),
+            Self::File(path) => read::read_with(path, options),
+            Self::Bytes(bytes, _) => read::read_bytes_with(bytes, Path::new(""), options),
         }
     }
 }
@@ -122,7 +122,7 @@ struct Baked {
 
 fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> Result<Baked> {
     let mut clock = Clock::default();
-    let asset = clock.time(|s| &mut s.read, || input.read())?;
+    let asset = clock.time(|s| &mut s.read, || input.read(options.reading()))?;
     let geometries = clock.time(|s| &mut s.weld, || weld_all(&asset))?;
     let steering = options.steering.resolve(&asset, &geometries, options.memory_limit)?;
     let simplify = || simplify_all(&geometries, &steering, options, progress);

@@ -6,6 +6,7 @@ use crate::certificate::Screen;
 use crate::error::{Error, Result};
 use crate::evaluate;
 use crate::limit::MemoryLimit;
+use crate::read::ReadOptions;
 use crate::steering::Steering;
 
 /// Options of a bake.
@@ -25,7 +26,7 @@ pub struct BakeOptions {
     pub screen: Screen,
     /// Whether a page with charts and pictures is written.
     pub report: Option<ReportOptions>,
-    /// Most memory that decoding one image may take.
+    /// Most memory that decoding one image, or all compressed geometry, may take.
     pub memory_limit: MemoryLimit,
 }
 
@@ -37,6 +38,11 @@ pub struct ReportOptions {
 }
 
 impl BakeOptions {
+    /// How the asset is read.
+    pub fn reading(&self) -> ReadOptions {
+        ReadOptions { memory_limit: self.memory_limit }
+    }
+
     /// How the levels are evaluated, with the tolerance that their sizes are reckoned for.
     pub fn evaluation(&self) -> Option<evaluate::Options> {
         let pixel_tolerance = self.screen.pixel_tolerance;

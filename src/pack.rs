@@ -13,6 +13,7 @@ use serde_json::{Value, json};
 use crate::accessor::Elements;
 use crate::asset::{Asset, EncodedImage};
 use crate::error::{Error, Result};
+use crate::quantization;
 use crate::textures::match_formats;
 
 /// What the bytes of a buffer view are for.
@@ -144,6 +145,7 @@ impl Packer {
             put(&mut self.asset.json, "buffers", None, json!({"byteLength": length}));
             self.asset.buffers.push(self.bytes);
         }
+        quantization::unlist_if_unneeded(&mut self.asset.json);
         self.asset
     }
 }

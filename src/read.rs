@@ -7,17 +7,21 @@ use gltf::json;
 use serde_json::Value;
 
 use crate::asset::{Asset, EncodedImage, ImageFormat};
+use crate::compression;
 use crate::error::{Error, Result};
+use crate::limit::MemoryLimit;
 
-/// Required extensions that leave geometry and textures as core glTF has them, or that the
-/// accessor layer reads.
+/// Required extensions that leave geometry and textures as core glTF has them, that the accessor
+/// layer reads, or that are made plain at reading.
 const SUPPORTED: &[&str] = &[
     "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
     "EXT_texture_webp",
     "KHR_lights_punctual",
     "KHR_materials_pbrSpecularGlossiness",
     "KHR_materials_variants",
     "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
     "KHR_texture_transform",
     "MSFT_lod",
 ];
@@ -25,14 +29,29 @@ const SUPPORTED: &[&str] = &[
 /// Bytes of a GLB's own header and that of its first chunk.
 const GLB_HEADERS: usize = 20;
 
+/// What reading may take, and what it puts up with.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ReadOptions {
+    /// Most memory that compressed geometry may take when it is decoded.
+    pub memory_limit: MemoryLimit,
+}
+
 /// Reads an asset with all its buffers and images.
 ///
 /// # Errors
 /// [`Error::Io`] if a file can't be read; [`Error::Invalid`] if one is not what it should be;
 /// [`Error::Unsupported`] if the document requires an extension that this version lacks.
 pub fn read(path: &Path) -> Result<Asset> {
+    read_with(path, ReadOptions::default())
+}
+
+/// As [`read`], with options.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_with(path: &Path, options: ReadOptions) -> Result<Asset> {
     let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
-    read_bytes(&bytes, folder_of(path))
+    read_bytes_with(&bytes, folder_of(path), options)
 }
 
 /// Reads an asset without its images, so that they may be missing or of any kind.
@@ -41,7 +60,7 @@ pub fn read(path: &Path) -> Result<Asset> {
 /// As [`read`].
 pub fn read_geometry(path: &Path) -> Result<Asset> {
     let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
-    read_document(&bytes, folder_of(path))
+    read_document(&bytes, folder_of(path), ReadOptions::default())
 }
 
 /// Where the files that a document names are.
@@ -54,7 +73,15 @@ pub(crate) fn folder_of(path: &Path) -> &Path {
 /// # Errors
 /// As [`read`].
 pub fn read_bytes(bytes: &[u8], folder: &Path) -> Result<Asset> {
-    let mut asset = read_document(bytes, folder)?;
+    read_bytes_with(bytes, folder, ReadOptions::default())
+}
+
+/// As [`read_bytes`], with options.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_bytes_with(bytes: &[u8], folder: &Path, options: ReadOptions) -> Result<Asset> {
+    let mut asset = read_document(bytes, folder, options)?;
     for index in 0..asset.count("images") {
         let image = read_image(&asset, index, folder)?;
         asset.images.push(image);
@@ -62,8 +89,8 @@ pub fn read_bytes(bytes: &[u8], folder: &Path) -> Result<Asset> {
     Ok(asset)
 }
 
-/// Reads the document and its buffers.
-fn read_document(bytes: &[u8], folder: &Path) -> Result<Asset> {
+/// Reads the document and its buffers, and makes plain what is compressed in them.
+fn read_document(bytes: &[u8], folder: &Path, options: ReadOptions) -> Result<Asset> {
     let (json, chunk) = if bytes.starts_with(b"glTF") {
         let invalid = |what: String| Error::invalid("the GLB container", what);
         if bytes.len() < GLB_HEADERS || length_of(bytes) < GLB_HEADERS {
@@ -86,6 +113,7 @@ fn read_document(bytes: &[u8], folder: &Path) -> Result<Asset> {
         let buffer = read_buffer(&asset, index, chunk.as_deref(), folder)?;
         asset.buffers.push(buffer);
     }
+    compression::expand(&mut asset, options.memory_limit)?;
     Ok(asset)
 }
 
@@ -184,6 +212,9 @@ fn read_buffer(
     let mut bytes = match (&buffer.uri, chunk) {
         (Some(uri), _) => read_uri(uri, &at, folder)?,
         (None, Some(chunk)) if index == 0 => chunk.to_vec(),
+        (None, _) if compression::is_fallback(&asset.json["buffers"][index]) => {
+            return Ok(Vec::new());
+        }
         _ => return Err(Error::invalid(at, "it has neither a URI nor the binary chunk")),
     };
     let length = usize::try_from(buffer.byte_length.0).unwrap_or(usize::MAX);
@@ -260,10 +291,7 @@ mod tests {
         assert!(error("{}").contains("/asset/version"));
         assert!(error(r#"{"asset": {"version": "1.0"}}"#).contains("glTF version 1.0"));
         let with = |rest: &str| error(&format!(r#"{{"asset": {{"version": "2.0"}}, {rest}}}"#));
-        assert!(
-            with(r#""extensionsRequired": ["EXT_meshopt_compression"]"#)
-                .contains("EXT_meshopt_compression")
-        );
+        assert!(with(r#""extensionsRequired": ["EXT_of_tomorrow"]"#).contains("EXT_of_tomorrow"));
         assert!(with(r#""nodes": [{}, {"extensions": 5}]"#).starts_with("/nodes/1/extensions"));
         assert!(with(r#""meshes": [{"primitives": [7]}]"#).starts_with("/meshes/0/primitives/0"));
         assert!(with(r#""buffers": [{"byteLength": 9}]"#).starts_with("/buffers/0"));

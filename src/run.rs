@@ -16,10 +16,9 @@ use seamwise::evaluate::scene::Scene;
 use seamwise::evaluate::sheet::contact_sheet;
 use seamwise::images::{Encoding, encode};
 use seamwise::inspect;
-use seamwise::limit::MemoryLimit;
 use seamwise::options::BakeOptions;
 use seamwise::progress::Progress;
-use seamwise::read::read;
+use seamwise::read::{ReadOptions, read_with};
 use seamwise::repair::{RepairOptions, repair_file};
 use seamwise::report::html::evaluate_page;
 use seamwise::report::pictures::Gallery;
@@ -87,8 +86,9 @@ pub(crate) fn repair(args: &RepairArgs, common: Common) -> Result<usize> {
 /// others. One that is compared but doubtful counts as failed.
 pub(crate) fn evaluate(args: &EvaluateArgs, common: Common) -> Result<usize> {
     let mut cache = TextureCache::with_limit(common.memory_limit);
+    let reading = ReadOptions { memory_limit: common.memory_limit };
     let named = |error| anyhow!("{}: {error}", args.reference.display());
-    let reference = load_reference(args, common.memory_limit, &mut cache).map_err(named)?;
+    let reference = load_reference(args, reading, &mut cache).map_err(named)?;
     let options = args.resolve();
     let against = Reference::with_mode(&reference, options, args.mode()).map_err(named)?;
     let mut gallery = match &args.report {
@@ -97,7 +97,7 @@ pub(crate) fn evaluate(args: &EvaluateArgs, common: Common) -> Result<usize> {
     };
     let (mut candidates, mut scenes) = (Vec::new(), Vec::new());
     for path in &args.candidates {
-        let compared = load_file(path, &mut cache).and_then(|scene| {
+        let compared = load_file(path, reading, &mut cache).and_then(|scene| {
             let (metrics, views) = against.compare_by_view(&scene)?;
             if let Some(gallery) = &mut gallery {
                 gallery.add(&scene)?;
@@ -160,23 +160,32 @@ fn evaluation_files(
 
 fn load_reference(
     args: &EvaluateArgs,
-    limit: MemoryLimit,
+    reading: ReadOptions,
     cache: &mut TextureCache,
 ) -> seamwise::error::Result<Scene> {
-    let mut asset = read(&args.reference)?;
+    let mut asset = read_with(&args.reference, reading)?;
     if args.clean_reference {
-        asset.images = encode_repaired(&asset, &repair_all(&asset, limit)?, Encoding::default())?;
+        asset.images = encode_repaired(
+            &asset,
+            &repair_all(&asset, reading.memory_limit)?,
+            Encoding::default(),
+        )?;
     }
     load(&asset, cache)
 }
 
-fn load_file(path: &Path, cache: &mut TextureCache) -> seamwise::error::Result<Scene> {
-    load(&read(path)?, cache)
+fn load_file(
+    path: &Path,
+    reading: ReadOptions,
+    cache: &mut TextureCache,
+) -> seamwise::error::Result<Scene> {
+    load(&read_with(path, reading)?, cache)
 }
 
 /// Looks an asset over.
 pub(crate) fn inspect(args: &InspectArgs, common: Common) -> Result<usize> {
-    let found = read(&args.input)
+    let reading = ReadOptions { memory_limit: common.memory_limit };
+    let found = read_with(&args.input, reading)
         .and_then(|asset| inspect::inspect(&asset, common.memory_limit, args.footprint.resolve()))
         .map_err(|error| anyhow!("{}: {error}", args.input.display()))?;
     say(common.quiet, &if args.json { found.to_json()? } else { found.to_text() })?;

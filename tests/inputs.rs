@@ -38,3 +38,18 @@ fn webp_textures_stay_webp() {
         }
     }
 }
+
+#[test]
+fn compressed_and_quantized_geometry_becomes_plain() {
+    let Some((source, outputs)) = bake("compressed/pirate_meshopt_quant.glb") else {
+        return;
+    };
+    assert_eq!(source.json["extensionsUsed"], json!(["KHR_mesh_quantization"]));
+    assert_eq!(source.json["bufferViews"][1].get("extensions"), None);
+    let (chain, levels) = outputs.split_last().expect("outputs");
+    for level in levels {
+        assert_eq!(level.json.get("extensionsUsed"), None, "a level has floats");
+        assert_eq!(level.json.get("extensionsRequired"), None);
+    }
+    assert_eq!(chain.json["extensionsRequired"], json!(["KHR_mesh_quantization"]), "level 0");
+}

@@ -39,8 +39,8 @@ pub(crate) struct Common {
     /// Say nothing but errors.
     #[arg(long, short, global = true)]
     pub(crate) quiet: bool,
-    /// Most memory that decoding one image may take, as 512MiB or 8GB: a small file can claim any
-    /// size.
+    /// Most memory that decoding one image, or all compressed geometry, may take, as 512MiB or 8GB:
+    /// a small file can claim any size.
     #[arg(long, global = true, default_value_t, value_name = "SIZE")]
     pub(crate) memory_limit: MemoryLimit,
 }

@@ -34,7 +34,7 @@ use crate::error::{Error, Result};
 use crate::images::{Encoding, detect_format};
 use crate::limit::MemoryLimit;
 use crate::metadata::png_widening;
-use crate::read::{folder_of, read_bytes};
+use crate::read::{ReadOptions, folder_of, read_bytes_with};
 use crate::write::{refuse_overwriting, to_glb, write_files};
 
 pub use report::{ImageReport, RepairReport};
@@ -250,7 +250,8 @@ impl Job<'_> {
             return Err(Error::Options { what: format!("{}: {what}", self.input.display()) });
         }
         let run = || {
-            let asset = read_bytes(bytes, folder_of(self.input))?;
+            let reading = ReadOptions { memory_limit: self.options.memory_limit };
+            let asset = read_bytes_with(bytes, folder_of(self.input), reading)?;
             let repairs = repair_all_with(&asset, self.options.for_atlases())?;
             let images = encode_repaired(&asset, &repairs, *encoding)?;
             let report = repairs.iter().map(|repair| {
