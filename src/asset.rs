@@ -41,16 +41,9 @@ pub enum ImageFormat {
     Jpeg,
     /// Either; a texture names it in `EXT_texture_webp`. Written losslessly.
     WebP,
-}
-
-impl From<ImageFormat> for image::ImageFormat {
-    fn from(format: ImageFormat) -> Self {
-        match format {
-            ImageFormat::Png => Self::Png,
-            ImageFormat::Jpeg => Self::Jpeg,
-            ImageFormat::WebP => Self::WebP,
-        }
-    }
+    /// Lossy, for graphics processors; a texture names it in `KHR_texture_basisu`. There is no
+    /// encoder: a changed one becomes a PNG.
+    Ktx2,
 }
 
 impl ImageFormat {
@@ -59,6 +52,9 @@ impl ImageFormat {
         match bytes {
             [0x89, b'P', b'N', b'G', ..] => Some(Self::Png),
             [0xff, 0xd8, 0xff, ..] => Some(Self::Jpeg),
+            [0xab, b'K', b'T', b'X', b' ', b'2', b'0', 0xbb, b'\r', b'\n', 0x1a, b'\n', ..] => {
+                Some(Self::Ktx2)
+            }
             [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => Some(Self::WebP),
             _ => None,
         }
@@ -70,6 +66,7 @@ impl ImageFormat {
             Self::Png => "image/png",
             Self::Jpeg => "image/jpeg",
             Self::WebP => "image/webp",
+            Self::Ktx2 => "image/ktx2",
         }
     }
 
@@ -78,6 +75,17 @@ impl ImageFormat {
         match self {
             Self::Png | Self::Jpeg => None,
             Self::WebP => Some("EXT_texture_webp"),
+            Self::Ktx2 => Some("KHR_texture_basisu"),
+        }
+    }
+
+    /// The format as the image crate knows it, if it does.
+    pub(crate) const fn codec(self) -> Option<image::ImageFormat> {
+        match self {
+            Self::Png => Some(image::ImageFormat::Png),
+            Self::Jpeg => Some(image::ImageFormat::Jpeg),
+            Self::WebP => Some(image::ImageFormat::WebP),
+            Self::Ktx2 => None,
         }
     }
 }

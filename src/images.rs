@@ -9,6 +9,7 @@ use image::error::{DecodingError, EncodingError, UnsupportedError, UnsupportedEr
 use image::{ColorType, DynamicImage, ImageDecoder, ImageEncoder, ImageError, ImageReader};
 
 use crate::asset::{EncodedImage, ImageFormat};
+use crate::basis;
 use crate::error::{Error, Result};
 use crate::limit::MemoryLimit;
 use crate::metadata::{Metadata, is_animated, jpeg_ends};
@@ -38,7 +39,9 @@ impl Default for Encoding {
 /// [`Error::Invalid`] if it is damaged or takes more memory than the limit;
 /// [`Error::Unsupported`] if it is an animation, of which only a frame would be left.
 pub fn decode(image: &EncodedImage, at: &str, limit: MemoryLimit) -> Result<DynamicImage> {
-    let format = image.format.into();
+    let Some(format) = image.format.codec() else {
+        return basis::decode(&image.bytes, limit).map_err(|what| Error::invalid(at, what));
+    };
     if is_animated(&image.bytes, format) {
         return Err(Error::Unsupported { what: format!("{at}: an animation") });
     }
@@ -76,7 +79,8 @@ pub(crate) fn detect_format(bytes: &[u8]) -> Option<image::ImageFormat> {
     image::guess_format(bytes).ok().filter(image::ImageFormat::reading_enabled)
 }
 
-/// Encodes an image: losslessly as PNG or WebP, or as JPEG of quality 95.
+/// Encodes an image: losslessly as PNG or WebP, or as JPEG of quality 95. Instead of KTX2 it becomes
+/// a PNG.
 ///
 /// # Errors
 /// [`Error::Internal`] if the encoder can't take such texels.
@@ -93,11 +97,13 @@ pub(crate) fn encode_anew(
     original: &EncodedImage,
     encoding: Encoding,
 ) -> Result<EncodedImage> {
-    let before = original.format.into();
-    // It has been decoded before, within a limit.
-    let metadata = open(&original.bytes, before, MemoryLimit::default())
-        .and_then(|mut decoder| Metadata::read(&original.bytes, before, &mut decoder))
-        .map_err(|error| Error::Internal { what: error.to_string() })?;
+    let metadata = match original.format.codec() {
+        None => Metadata::default(),
+        // It has been decoded before, within a limit.
+        Some(before) => open(&original.bytes, before, MemoryLimit::default())
+            .and_then(|mut decoder| Metadata::read(&original.bytes, before, &mut decoder))
+            .map_err(|error| Error::Internal { what: error.to_string() })?,
+    };
     let format = if encoding.png { ImageFormat::Png } else { original.format };
     encode_with(image, &metadata, format, encoding)
 }
@@ -108,7 +114,11 @@ fn encode_with(
     format: ImageFormat,
     encoding: Encoding,
 ) -> Result<EncodedImage> {
-    let bytes = write(image, metadata, format.into(), encoding.quality)
+    let (format, codec) = match format.codec() {
+        Some(codec) => (format, codec),
+        None => (ImageFormat::Png, image::ImageFormat::Png),
+    };
+    let bytes = write(image, metadata, codec, encoding.quality)
         .map_err(|error| Error::Internal { what: error.to_string() })?;
     Ok(EncodedImage { bytes: bytes.into(), format })
 }

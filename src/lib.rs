@@ -37,6 +37,7 @@ pub mod accessor;
 pub mod asset;
 pub mod atlas;
 pub mod bake;
+mod basis;
 mod carry;
 pub mod certificate;
 mod chains;

@@ -22,6 +22,7 @@ const SUPPORTED: &[&str] = &[
     "KHR_materials_variants",
     "KHR_mesh_quantization",
     "KHR_meshopt_compression",
+    "KHR_texture_basisu",
     "KHR_texture_transform",
     "MSFT_lod",
 ];
@@ -237,7 +238,7 @@ fn read_image(asset: &Asset, index: usize, folder: &Path) -> Result<EncodedImage
         }
     };
     let format = ImageFormat::detect(&bytes).ok_or_else(|| Error::Unsupported {
-        what: format!("{at}: an image that is no PNG, JPEG or WebP"),
+        what: format!("{at}: an image that is no PNG, JPEG, WebP or KTX2"),
     })?;
     Ok(EncodedImage { bytes: bytes.into(), format })
 }

@@ -29,7 +29,7 @@ pub struct TextureSlot {
 
 /// Extensions by which a texture names an image of a format that core glTF lacks, those that are
 /// preferred to others first.
-const SOURCES: [&str; 1] = ["EXT_texture_webp"];
+const SOURCES: [&str; 2] = ["EXT_texture_webp", "KHR_texture_basisu"];
 
 /// Every texture of a material, those of its extensions too: whatever stands under a key that ends
 /// in `Texture` and has an index.
@@ -89,7 +89,7 @@ fn sources(asset: &Asset, texture: &str) -> Result<Vec<usize>> {
         images.extend(asset.reference(at, "source", "images")?);
     }
     if images.is_empty() {
-        let what = format!("{texture}: a texture without a PNG, JPEG or WebP image");
+        let what = format!("{texture}: a texture without a PNG, JPEG, WebP or KTX2 image");
         return Err(Error::Unsupported { what });
     }
     Ok(images)
@@ -244,6 +244,7 @@ mod tests {
         let image = |format| EncodedImage { bytes: Vec::new().into(), format };
         let images = [image(ImageFormat::Png), image(ImageFormat::WebP)];
         let texture = |source| json!({"extensions": {"EXT_texture_webp": {"source": source}}});
+        let basis = |source| json!({"extensions": {"KHR_texture_basisu": {"source": source}}});
         let lists = |names| json!({"extensionsUsed": names, "extensionsRequired": names});
         let mut json = lists(json!(["EXT_texture_webp", "KHR_materials_unlit"]));
         json["textures"] = json!([texture(0), texture(1)]);
@@ -254,6 +255,9 @@ mod tests {
         match_formats(&mut json, &images);
         assert_eq!(json["extensionsUsed"], json!(["KHR_materials_unlit"]));
         assert_eq!(json["extensionsRequired"], json!(["KHR_materials_unlit"]));
+        json["textures"] = json!([basis(0), basis(1)]);
+        match_formats(&mut json, &[image(ImageFormat::Ktx2), image(ImageFormat::Png)]);
+        assert_eq!(json["textures"], json!([basis(0), {"source": 1}]));
         let mut bare = json!({});
         match_formats(&mut bare, &[]);
         assert_eq!(bare, json!({}));

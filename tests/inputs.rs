@@ -3,10 +3,12 @@
 mod common;
 
 use common::output::Output;
-use common::{Baked, measured, shared_assets};
+use std::path::Path;
+
+use common::{Baked, measured, shared_assets, unmeasured};
 use seamwise::asset::Asset;
 use seamwise::bake::Input;
-use seamwise::options::{BakeOptions, Targets};
+use seamwise::options::{BakeOptions, Targets, Textures};
 use serde_json::json;
 
 /// Bakes two levels of a real asset; `None` where there is none.
@@ -52,4 +54,40 @@ fn compressed_and_quantized_geometry_becomes_plain() {
         assert_eq!(level.json.get("extensionsRequired"), None);
     }
     assert_eq!(chain.json["extensionsRequired"], json!(["KHR_mesh_quantization"]), "level 0");
+}
+
+/// What became of the textures and images of an asset that came with one KTX2.
+fn kinds(output: &Output) -> (bool, &str, bool) {
+    let is_core = output.json["textures"][0].get("source").is_some();
+    let kind = output.json["images"][0]["mimeType"].as_str().expect("a type");
+    (is_core, kind, output.json.get("extensionsRequired").is_some())
+}
+
+#[test]
+fn a_ktx2_texture_stays_as_it_is_or_becomes_a_png() {
+    for name in [
+        "compressed/mustard_bottle_ktx2/006_mustard_bottle_textured.gltf",
+        "nasty/photogrammetry_tile_ktx2.glb",
+    ] {
+        let Some((_, outputs)) = bake(name) else {
+            return;
+        };
+        for output in &outputs {
+            assert_eq!(kinds(output), (true, "image/png", false), "{name}");
+        }
+    }
+}
+
+#[test]
+fn a_ktx2_texture_that_nothing_changes_is_written_byte_for_byte() {
+    let Some(folder) = shared_assets() else {
+        return;
+    };
+    let path = folder.join("nasty/photogrammetry_tile_ktx2.glb");
+    let options =
+        BakeOptions { targets: Targets::halves(1), textures: Textures::Keep, ..unmeasured() };
+    let baked = Baked::input(Input::File(&path), &options).expect("a bake");
+    assert_eq!(kinds(&baked.level(1)), (false, "image/ktx2", true));
+    let image = |path: &Path| seamwise::read::read(path).expect("an asset").images.remove(0);
+    assert_eq!(image(&baked.level_path(1)), image(&path));
 }

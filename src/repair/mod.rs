@@ -297,6 +297,7 @@ fn asset_image(asset: &Asset, repair: &ImageRepair, options: &RepairOptions) -> 
 fn encoding_notes(before: &EncodedImage, encoding: Encoding) -> Vec<String> {
     let note = match before.format {
         asset::ImageFormat::Png => png_widening(&before.bytes),
+        asset::ImageFormat::Ktx2 => Some("it becomes a PNG".to_owned()),
         _ if encoding.png => Some("it becomes a PNG".to_owned()),
         asset::ImageFormat::Jpeg => Some(reencoded(encoding.quality)),
         asset::ImageFormat::WebP => Some(LOSSLESSLY.to_owned()),
