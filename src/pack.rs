@@ -5,6 +5,7 @@
 //! not know stays true. A slot that an edit sets free is used for the next new object; what is left
 //! over is cut off at the end of its list, or becomes a few zero bytes.
 
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 
 use gltf::json::accessor::ComponentType;
@@ -63,15 +64,8 @@ impl Packer {
 
     /// Adds vertex data. Elements are padded to four bytes, as glTF 2.0 §3.6.2.4 asks.
     pub(crate) fn add_vertices(&mut self, elements: &Elements, bounds: bool) -> usize {
-        let size = elements.size();
-        let stride = size.next_multiple_of(4);
-        let bytes = if stride == size {
-            elements.bytes.clone()
-        } else {
-            let pad = |element: &[u8]| [element, &[0; 3][..stride - size]].concat();
-            elements.bytes.chunks_exact(size).flat_map(pad).collect()
-        };
-        let view = self.add_view(&bytes, Target::Vertices, (stride != size).then_some(stride));
+        let (bytes, stride) = aligned(elements);
+        let view = self.add_view(&bytes, Target::Vertices, stride);
         let mut accessor = json!({
             "bufferView": view,
             "componentType": elements.component.as_gl_enum(),
@@ -150,6 +144,17 @@ impl Packer {
     }
 }
 
+/// Vertex data as it is stored, elements padded to four bytes; with the stride if there is one.
+pub(crate) fn aligned(elements: &Elements) -> (Cow<'_, [u8]>, Option<usize>) {
+    let size = elements.size();
+    let stride = size.next_multiple_of(4);
+    if stride == size {
+        return (Cow::Borrowed(&elements.bytes), None);
+    }
+    let pad = |element: &[u8]| [element, &[0; 3][..stride - size]].concat();
+    (elements.bytes.chunks_exact(size).flat_map(pad).collect(), Some(stride))
+}
+
 /// An accessor that needs no bytes.
 fn empty_accessor() -> Value {
     json!({"componentType": 5121, "count": 1, "type": "SCALAR"})
@@ -218,7 +223,7 @@ fn type_name(components: usize) -> &'static str {
 }
 
 /// Least and greatest value of each component, of floats as they are stored.
-fn bounds(elements: &Elements) -> (Vec<f32>, Vec<f32>) {
+pub(crate) fn bounds(elements: &Elements) -> (Vec<f32>, Vec<f32>) {
     let mut low = vec![f32::INFINITY; elements.components];
     let mut high = vec![f32::NEG_INFINITY; elements.components];
     let raw = Elements { normalized: false, ..elements.clone() };

@@ -2,6 +2,7 @@
 
 mod common;
 
+use common::build::Build;
 use common::output::Output;
 use std::path::Path;
 
@@ -90,4 +91,40 @@ fn a_ktx2_texture_that_nothing_changes_is_written_byte_for_byte() {
     assert_eq!(kinds(&baked.level(1)), (false, "image/ktx2", true));
     let image = |path: &Path| seamwise::read::read(path).expect("an asset").images.remove(0);
     assert_eq!(image(&baked.level_path(1)), image(&path));
+}
+
+#[test]
+fn a_draco_mesh_becomes_plain() {
+    let mut build = Build::new();
+    let view = build.view(include_bytes!("encoded/patch.drc"));
+    let mut accessor = |component: u32, count: usize, shape: &str| {
+        let json = json!({"componentType": component, "count": count, "type": shape});
+        build.add("accessors", json)
+    };
+    let [indices, positions, normals, uvs] = [
+        accessor(5123, 384, "SCALAR"),
+        accessor(5126, 81, "VEC3"),
+        accessor(5126, 81, "VEC3"),
+        accessor(5126, 81, "VEC2"),
+    ];
+    for (key, bound) in [("min", -1.0), ("max", 1.0)] {
+        build.json["accessors"][positions][key] = json!([bound, bound, bound]);
+    }
+    let ids = json!({"POSITION": 0, "NORMAL": 1, "TEXCOORD_0": 2});
+    build.mesh(vec![json!({
+        "attributes": {"POSITION": positions, "NORMAL": normals, "TEXCOORD_0": uvs},
+        "indices": indices,
+        "extensions": {"KHR_draco_mesh_compression": {"bufferView": view, "attributes": ids}},
+    })]);
+    for key in ["extensionsUsed", "extensionsRequired"] {
+        build.json[key] = json!(["KHR_draco_mesh_compression"]);
+    }
+    let options = BakeOptions { targets: Targets::halves(2), ..measured() };
+    let baked = Baked::bytes("draco", &build.glb(), &options);
+    assert_eq!(baked.report.input.triangles, 128);
+    assert_eq!(baked.report.levels[0].triangles, 64);
+    for output in baked.levels() {
+        assert_eq!(output.json.get("extensionsUsed"), None);
+    }
+    assert_eq!(baked.chain().json.get("extensionsRequired"), None);
 }

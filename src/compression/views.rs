@@ -19,6 +19,7 @@ use meshopt::{
 use serde::Deserialize;
 use serde_json::{Value, json};
 
+use super::append;
 use crate::asset::Asset;
 use crate::error::{Error, Result};
 use crate::extensions::{remove_extension, unlist_extension};
@@ -120,14 +121,7 @@ fn length(asset: &Asset, view: &str, stream: &Stream) -> std::result::Result<usi
 
 /// Puts a view's bytes at the end of its buffer, instead of what the extension says.
 fn replace(asset: &mut Asset, at: &str, decoded: &[u8]) -> Result<()> {
-    let buffer = asset
-        .reference(at, "buffer", "buffers")?
-        .ok_or_else(|| Error::invalid(at, "it names no buffer"))?;
-    let bytes = &mut asset.buffers[buffer];
-    bytes.resize(bytes.len().next_multiple_of(4), 0);
-    let start = bytes.len();
-    bytes.extend_from_slice(decoded);
-    asset.json["buffers"][buffer]["byteLength"] = json!(bytes.len());
+    let (_, start) = append(asset, at, decoded)?;
     if let Some(view) = asset.json.pointer_mut(at) {
         view["byteOffset"] = json!(start);
         take_extension(view);
