@@ -32,6 +32,19 @@ pub struct EncodedImage {
     pub format: ImageFormat,
 }
 
+impl EncodedImage {
+    /// Stands for an image whose file is not there: it is drawn as if it changed nothing, and the
+    /// document goes on naming the file.
+    pub fn missing() -> Self {
+        Self { bytes: Arc::default(), format: ImageFormat::Png }
+    }
+
+    /// Whether its file is not there.
+    pub fn is_missing(&self) -> bool {
+        self.bytes.is_empty()
+    }
+}
+
 /// Formats of images in a glTF document.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ImageFormat {
@@ -128,6 +141,17 @@ impl Asset {
             Some(index) => Ok(Some(index)),
             None => Err(Error::invalid(at, format!("{value} is not one of the document's {list}"))),
         }
+    }
+
+    /// Every image whose file was not there when the asset was read: its place and the file's name.
+    pub fn missing_images(&self) -> Vec<String> {
+        let missing = self.images.iter().enumerate().filter(|(_, image)| image.is_missing());
+        let name = |(index, _)| {
+            let at = format!("/images/{index}/uri");
+            let uri = self.json.pointer(&at).and_then(Value::as_str).unwrap_or_default();
+            format!("{at}: {uri} is not there")
+        };
+        missing.map(name).collect()
     }
 
     /// The bytes of a buffer view.

@@ -160,7 +160,7 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
     )?;
     let report = BakeReport {
         schema: 1,
-        input: input_report(input, &geometries),
+        input: input_report(input, &asset, &geometries),
         screen: options.screen,
         levels: level_reports(&geometries, &chains, &steering, options, measured.as_ref()),
         seconds: clock.seconds,
@@ -315,7 +315,7 @@ fn evaluate_all(
     })
 }
 
-fn input_report(input: Input<'_>, geometries: &[Geometry]) -> InputReport {
+fn input_report(input: Input<'_>, asset: &Asset, geometries: &[Geometry]) -> InputReport {
     let meshes = geometries.iter().map(|geometry| &geometry.welded);
     InputReport {
         file: match input {
@@ -327,6 +327,7 @@ fn input_report(input: Input<'_>, geometries: &[Geometry]) -> InputReport {
         points: meshes.clone().map(|welded| welded.mesh.positions.len()).sum(),
         wedges: meshes.clone().map(|welded| welded.mesh.wedge_points.len()).sum(),
         degenerate_triangles: meshes.map(|welded| welded.degenerate).sum(),
+        missing_images: asset.missing_images(),
     }
 }
 

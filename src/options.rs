@@ -28,6 +28,8 @@ pub struct BakeOptions {
     pub report: Option<ReportOptions>,
     /// Most memory that decoding one image, or all compressed geometry, may take.
     pub memory_limit: MemoryLimit,
+    /// Whether image files may be missing: they are measured as white or flat, and stay named.
+    pub allow_missing: bool,
 }
 
 /// What the page of a bake shows beyond its results.
@@ -40,7 +42,7 @@ pub struct ReportOptions {
 impl BakeOptions {
     /// How the asset is read.
     pub fn reading(&self) -> ReadOptions {
-        ReadOptions { memory_limit: self.memory_limit }
+        ReadOptions { memory_limit: self.memory_limit, allow_missing: self.allow_missing }
     }
 
     /// How the levels are evaluated, with the tolerance that their sizes are reckoned for.
@@ -61,6 +63,7 @@ impl Default for BakeOptions {
             screen: Screen::default(),
             report: None,
             memory_limit: MemoryLimit::default(),
+            allow_missing: false,
         }
     }
 }

@@ -264,7 +264,8 @@ pub(crate) fn join_buffers(asset: &Asset) -> Result<Asset> {
         view["byteOffset"] = json!(append(data));
         view["byteLength"] = json!(data.len());
     }
-    for (index, image) in asset.images.iter().enumerate() {
+    // What is missing stays what its URI names.
+    for (index, image) in asset.images.iter().enumerate().filter(|(_, own)| !own.is_missing()) {
         if image_views[index].is_none() {
             let view = json!({"buffer": 0, "byteOffset": append(&image.bytes),
                 "byteLength": image.bytes.len()});

@@ -37,6 +37,8 @@ const GLB_HEADERS: usize = 20;
 pub struct ReadOptions {
     /// Most memory that compressed geometry may take when it is decoded.
     pub memory_limit: MemoryLimit,
+    /// Whether image files may be missing; see [`Asset::missing_images`].
+    pub allow_missing: bool,
 }
 
 /// Reads an asset with all its buffers and images.
@@ -86,7 +88,7 @@ pub fn read_bytes(bytes: &[u8], folder: &Path) -> Result<Asset> {
 pub fn read_bytes_with(bytes: &[u8], folder: &Path, options: ReadOptions) -> Result<Asset> {
     let mut asset = read_document(bytes, folder, options)?;
     for index in 0..asset.count("images") {
-        let image = read_image(&asset, index, folder)?;
+        let image = read_image(&asset, index, folder, options)?;
         asset.images.push(image);
     }
     Ok(asset)
@@ -213,7 +215,7 @@ fn read_buffer(
     let at = format!("/buffers/{index}");
     let buffer: json::Buffer = asset.parse(&at)?;
     let mut bytes = match (&buffer.uri, chunk) {
-        (Some(uri), _) => read_uri(uri, &at, folder)?,
+        (Some(uri), _) => Resource::of(uri, &at, folder)?.read(&at)?,
         (None, Some(chunk)) if index == 0 => chunk.to_vec(),
         (None, _) if compression::is_fallback(&asset.json["buffers"][index]) => {
             return Ok(Vec::new());
@@ -229,11 +231,22 @@ fn read_buffer(
     Ok(bytes)
 }
 
-fn read_image(asset: &Asset, index: usize, folder: &Path) -> Result<EncodedImage> {
+fn read_image(
+    asset: &Asset,
+    index: usize,
+    folder: &Path,
+    options: ReadOptions,
+) -> Result<EncodedImage> {
     let at = format!("/images/{index}");
     let uri = asset.json.pointer(&at).and_then(|image| image.get("uri")).and_then(Value::as_str);
     let bytes = match (uri, asset.reference(&at, "bufferView", "bufferViews")?) {
-        (Some(uri), _) => read_uri(uri, &at, folder)?,
+        (Some(uri), _) => {
+            let resource = Resource::of(uri, &at, folder)?;
+            if options.allow_missing && resource.is_missing() {
+                return Ok(EncodedImage::missing());
+            }
+            resource.read(&at)?
+        }
         (None, Some(view)) => asset.view(view)?.0.to_vec(),
         (None, None) => {
             return Err(Error::invalid(at, "it has neither a URI nor a buffer view"));
@@ -245,28 +258,48 @@ fn read_image(asset: &Asset, index: usize, folder: &Path) -> Result<EncodedImage
     Ok(EncodedImage { bytes: bytes.into(), format })
 }
 
-/// The bytes behind a URI: base64 in the URI itself, or a file in the asset's folder.
-fn read_uri(uri: &str, at: &str, folder: &Path) -> Result<Vec<u8>> {
-    let at = || format!("{at}/uri");
-    if let Some(data) = uri.strip_prefix("data:") {
-        let Some((_, data)) = data.split_once(";base64,") else {
-            return Err(Error::Unsupported {
-                what: format!("{}: a data URI without base64", at()),
-            });
+/// What a URI names.
+enum Resource {
+    /// Bytes in the URI itself.
+    Data(Vec<u8>),
+    /// A file in the asset's folder.
+    File(PathBuf),
+}
+
+impl Resource {
+    fn of(uri: &str, at: &str, folder: &Path) -> Result<Self> {
+        let at = || format!("{at}/uri");
+        if let Some(data) = uri.strip_prefix("data:") {
+            let Some((_, data)) = data.split_once(";base64,") else {
+                let what = format!("{}: a data URI without base64", at());
+                return Err(Error::Unsupported { what });
+            };
+            let data = base64::engine::general_purpose::STANDARD.decode(data);
+            return data.map(Self::Data).map_err(|error| Error::invalid(at(), error.to_string()));
+        }
+        if uri.contains("://") {
+            return Err(Error::Unsupported { what: format!("{}: fetching {uri}", at()) });
+        }
+        let name = percent_encoding::percent_decode_str(uri)
+            .decode_utf8()
+            .map_err(|_| Error::invalid(at(), "its file name is not UTF-8"))?;
+        Ok(Self::File(folder.join(name.as_ref())))
+    }
+
+    /// Whether it is a file that is certainly not there.
+    fn is_missing(&self) -> bool {
+        matches!(self, Self::File(path) if path.try_exists().is_ok_and(|exists| !exists))
+    }
+
+    /// Its bytes; `at` is the object that names it.
+    fn read(self, at: &str) -> Result<Vec<u8>> {
+        let path = match self {
+            Self::Data(bytes) => return Ok(bytes),
+            Self::File(path) => path,
         };
-        return base64::engine::general_purpose::STANDARD
-            .decode(data)
-            .map_err(|error| Error::invalid(at(), error.to_string()));
+        let fault = |error| format!("{} can't be read: {error}", path.display());
+        std::fs::read(&path).map_err(|error| Error::invalid(format!("{at}/uri"), fault(error)))
     }
-    if uri.contains("://") {
-        return Err(Error::Unsupported { what: format!("{}: fetching {uri}", at()) });
-    }
-    let name = percent_encoding::percent_decode_str(uri)
-        .decode_utf8()
-        .map_err(|_| Error::invalid(at(), "its file name is not UTF-8"))?;
-    let path: PathBuf = folder.join(name.as_ref());
-    std::fs::read(&path)
-        .map_err(|error| Error::invalid(at(), format!("{} can't be read: {error}", path.display())))
 }
 
 #[cfg(test)]
@@ -285,6 +318,18 @@ mod tests {
     }
 
     #[test]
+    fn a_missing_image_is_put_up_with_if_that_is_asked_for_and_a_missing_buffer_never() {
+        let options = ReadOptions { allow_missing: true, ..ReadOptions::default() };
+        let json = r#"{"asset": {"version": "2.0"}, "images": [{"uri": "not%20there.png"}]}"#;
+        let asset = read_bytes_with(json.as_bytes(), Path::new(""), options).unwrap();
+        assert_eq!(asset.missing_images(), ["/images/0/uri: not%20there.png is not there"]);
+        let json =
+            json.replace("images", "buffers").replace("\"uri\"", "\"byteLength\": 1, \"uri\"");
+        let error = read_bytes_with(json.as_bytes(), Path::new(""), options).unwrap_err();
+        assert!(error.to_string().starts_with("/buffers/0/uri"), "{error}");
+    }
+
+    #[test]
     fn each_fault_is_named_with_its_place() {
         assert!(error("{").contains("JSON"));
         for length in 0..20 {
@@ -300,6 +345,8 @@ mod tests {
         assert!(with(r#""buffers": [{"byteLength": 9}]"#).starts_with("/buffers/0"));
         let missing = with(r#""images": [{"uri": "not%20there.png"}]"#);
         assert!(missing.starts_with("/images/0/uri") && missing.contains("not there.png"));
+        let empty = "/images/0: an image that is no PNG";
+        assert!(with(r#""images": [{"uri": "data:;base64,"}]"#).contains(empty));
         assert!(with(r#""images": [{"bufferView": 4}]"#).starts_with("/images/0/bufferView"));
     }
 }

@@ -105,7 +105,9 @@ pub(crate) fn match_formats(json: &mut Value, images: &[EncodedImage]) {
                 continue;
             };
             let image = source.as_u64().and_then(|index| images.get(index as usize));
-            if image.is_some_and(|image| image.format.extension() != Some(name)) {
+            let is_other =
+                |own: &EncodedImage| !own.is_missing() && own.format.extension() != Some(name);
+            if image.is_some_and(is_other) {
                 texture["source"] = source.clone();
                 remove_extension(texture, name);
             }

@@ -2,8 +2,11 @@
 
 mod common;
 
+use assert_cmd::Command;
+use common::assets::{picture, textured};
 use common::build::Build;
 use common::output::Output;
+use common::shapes::sphere;
 use std::path::Path;
 
 use common::{Baked, measured, shared_assets, unmeasured};
@@ -127,4 +130,40 @@ fn a_draco_mesh_becomes_plain() {
         assert_eq!(output.json.get("extensionsUsed"), None);
     }
     assert_eq!(baked.chain().json.get("extensionsRequired"), None);
+}
+
+#[test]
+fn a_missing_texture_is_a_warning_if_that_is_asked_for_and_stays_named() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut build = textured(&sphere(16, 8), &picture(16));
+    build.json["images"][0] = json!({"uri": "gone.jpg"});
+    let normal = build.add("images", json!({"uri": "textures/gone too.png"}));
+    let texture = build.add("textures", json!({"source": normal}));
+    build.json["materials"][0]["normalTexture"] = json!({"index": texture});
+    let input = build.write_gltf(folder.path(), "sphere");
+    let out = folder.path().join("out");
+    let run = |arguments: &[&str]| {
+        let mut command = Command::cargo_bin("seamwise").expect("the binary");
+        let output = command.args(arguments).output().expect("a run");
+        (output.status.success(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let [input, out] = [&input, &out].map(|path| path.to_str().expect("a name"));
+    let bake = ["bake", input, "-o", out, "--levels", "1", "--no-evaluate"];
+    let few = ["--views", "1", "--resolution", "64", "--samples", "1000"];
+    let evaluate = [&["evaluate", input, input], &few[..]].concat();
+    for job in [&bake[..], &["inspect", input], &evaluate] {
+        let (well, said) = run(job);
+        assert!(!well && said.contains("gone.jpg") && said.contains("/images/0/uri"), "{said}");
+        let (well, said) = run(&[job, &["--allow-missing"]].concat());
+        assert!(
+            well && said.contains("warning") && said.contains("textures/gone too.png"),
+            "{said}"
+        );
+        assert!(!run(&[job, &["--allow-missing", "--quiet"]].concat()).1.contains("warning"));
+    }
+    let level = Output::read(&Path::new(out).join("sphere_lod1.glb"));
+    assert_eq!(level.json["images"], build.json["images"]);
+    let report = std::fs::read_to_string(Path::new(out).join("sphere.json")).expect("a report");
+    let report: serde_json::Value = serde_json::from_str(&report).expect("JSON");
+    assert_eq!(report["input"]["missing_images"].as_array().map(Vec::len), Some(2));
 }

@@ -34,6 +34,9 @@ impl TextureCache {
     }
 
     fn mips(&mut self, image: &EncodedImage, role: Role, at: &str) -> Result<Arc<Mips>> {
+        if image.is_missing() {
+            return neutral(role).map(Arc::new);
+        }
         let is_color = role == Role::Color;
         let key = (Arc::as_ptr(&image.bytes).addr(), is_color);
         if let Some((_, mips)) = self.known.get(&key) {
@@ -48,6 +51,16 @@ impl TextureCache {
         self.known.insert(key, (image.clone(), mips.clone()));
         Ok(mips)
     }
+}
+
+/// One texel that changes nothing: white, or the surface's own normal.
+fn neutral(role: Role) -> Result<Mips> {
+    let texel = match role {
+        Role::Normal => [128, 128, 255, 255],
+        Role::Color | Role::Data => [255; 4],
+    };
+    Mips::from_rgba8(1, 1, &texel, Encoding::Linear)
+        .map_err(|error| Error::Internal { what: error.to_string() })
 }
 
 /// Flattens the default scene of an asset to world space. A skinned mesh stands in its bind pose,

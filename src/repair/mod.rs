@@ -250,7 +250,8 @@ impl Job<'_> {
             return Err(Error::Options { what: format!("{}: {what}", self.input.display()) });
         }
         let run = || {
-            let reading = ReadOptions { memory_limit: self.options.memory_limit };
+            let memory_limit = self.options.memory_limit;
+            let reading = ReadOptions { memory_limit, ..ReadOptions::default() };
             let asset = read_bytes_with(bytes, folder_of(self.input), reading)?;
             let repairs = repair_all_with(&asset, self.options.for_atlases())?;
             let images = encode_repaired(&asset, &repairs, *encoding)?;
