@@ -14,6 +14,7 @@ use crate::limit::MemoryLimit;
 /// Required extensions that leave geometry and textures as core glTF has them, that the accessor
 /// layer reads, or that are made plain at reading.
 const SUPPORTED: &[&str] = &[
+    "EXT_mesh_features",
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",

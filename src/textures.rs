@@ -146,7 +146,11 @@ fn layout(asset: &Asset, at: &str) -> Result<(usize, Affine2)> {
 }
 
 /// What stands at a JSON pointer, or a default.
-fn parse_or<T: serde::de::DeserializeOwned>(asset: &Asset, at: &str, default: T) -> Result<T> {
+pub(crate) fn parse_or<T: serde::de::DeserializeOwned>(
+    asset: &Asset,
+    at: &str,
+    default: T,
+) -> Result<T> {
     if asset.json.pointer(at).is_some() { asset.parse(at) } else { Ok(default) }
 }
 
@@ -243,7 +247,7 @@ mod tests {
 
     #[test]
     fn an_image_that_became_a_png_moves_to_the_cores_key() {
-        let image = |format| EncodedImage { bytes: Vec::new().into(), format };
+        let image = |format| EncodedImage { bytes: vec![1].into(), format };
         let images = [image(ImageFormat::Png), image(ImageFormat::WebP)];
         let texture = |source| json!({"extensions": {"EXT_texture_webp": {"source": source}}});
         let basis = |source| json!({"extensions": {"KHR_texture_basisu": {"source": source}}});

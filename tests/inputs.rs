@@ -3,6 +3,7 @@
 mod common;
 
 use assert_cmd::Command;
+use base64::Engine;
 use common::assets::{picture, textured};
 use common::build::Build;
 use common::output::Output;
@@ -166,4 +167,39 @@ fn a_missing_texture_is_a_warning_if_that_is_asked_for_and_stays_named() {
     let report = std::fs::read_to_string(Path::new(out).join("sphere.json")).expect("a report");
     let report: serde_json::Value = serde_json::from_str(&report).expect("JSON");
     assert_eq!(report["input"]["missing_images"].as_array().map(Vec::len), Some(2));
+}
+
+#[test]
+fn features_of_vertices_and_buffers_of_any_kind_come_through() {
+    let shape = sphere(16, 8);
+    let mut build = Build::new();
+    let mut primitive = build.primitive(&shape);
+    let ids: Vec<[f32; 1]> = (0..shape.positions.len()).map(|i| [(i % 3) as f32]).collect();
+    let features = json!({"featureIds": [{"featureCount": 3, "attribute": 0}]});
+    primitive["extensions"] = json!({"EXT_mesh_features": features});
+    primitive["attributes"]["_FEATURE_ID_0"] = json!(build.floats(&ids));
+    build.mesh(vec![primitive]);
+    for key in ["extensionsUsed", "extensionsRequired"] {
+        build.json[key] = json!(["EXT_mesh_features"]);
+    }
+    // The indices lie in a buffer of their own, in the document itself.
+    let view = build.json["accessors"][3]["bufferView"].as_u64().expect("a view") as usize;
+    let own = build.json["bufferViews"][view].clone();
+    let [start, length] =
+        ["byteOffset", "byteLength"].map(|key| own[key].as_u64().expect("a size") as usize);
+    let data = base64::engine::general_purpose::STANDARD.encode(&build.bin[start..][..length]);
+    build.bin[start..][..length].fill(0);
+    build.json["bufferViews"][view] = json!({"buffer": 1, "byteLength": length});
+    let uri = format!("data:application/octet-stream;base64,{data}");
+    build.json["buffers"] =
+        json!([{"byteLength": build.bin.len()}, {"byteLength": length, "uri": uri}]);
+    let options = BakeOptions { targets: Targets::halves(1), ..unmeasured() };
+    let level = Baked::bytes("features", &build.glb(), &options).level(1);
+    let primitive = &level.json["meshes"][0]["primitives"][0];
+    assert_eq!(primitive["extensions"]["EXT_mesh_features"], features);
+    let accessor = primitive["attributes"]["_FEATURE_ID_0"].as_u64().expect("ids") as usize;
+    let accessor = level.gltf.accessors().nth(accessor).expect("an accessor");
+    let ids = level.rows(&accessor);
+    assert!(ids.len() > 10 && ids.iter().all(|id| [0.0, 1.0, 2.0].contains(&id[0])));
+    assert_eq!(level.json["buffers"].as_array().map(Vec::len), Some(1));
 }

@@ -47,7 +47,12 @@ impl Output {
         let mut known = json.clone();
         let required = known.get_mut("extensionsRequired").and_then(Value::as_array_mut);
         if let Some(required) = required {
-            let beyond = ["KHR_mesh_quantization", "EXT_texture_webp", "KHR_texture_basisu"];
+            let beyond = [
+                "EXT_mesh_features",
+                "EXT_texture_webp",
+                "KHR_mesh_quantization",
+                "KHR_texture_basisu",
+            ];
             required.retain(|extension| beyond.iter().all(|name| extension != name));
         }
         let textures = known.get_mut("textures").and_then(Value::as_array_mut);
