@@ -38,15 +38,7 @@ pub fn read(asset: &Asset, index: usize, at: &str) -> Result<Elements> {
         return Err(Error::invalid(at, format!("there is no accessor {index}")));
     }
     let at = format!("/accessors/{index}");
-    let json: Json = asset.parse(&at)?;
-    let (Checked::Valid(component), Checked::Valid(shape)) = (json.component_type, json.type_)
-    else {
-        return Err(Error::invalid(at, "unknown component type or element type"));
-    };
-    if matches!(shape, Type::Mat2 | Type::Mat3 | Type::Mat4) {
-        return Err(Error::invalid(at, "a matrix where a number or a vector belongs"));
-    }
-    let (component, components) = (component.0, shape.multiplicity());
+    let (json, component, components) = parse(asset, &at)?;
     let size = component.size() * components;
     let count = usize::try_from(json.count.0).unwrap_or(usize::MAX);
     let mut bytes = match json.buffer_view {
@@ -66,6 +58,29 @@ pub fn read(asset: &Asset, index: usize, at: &str) -> Result<Elements> {
         replace_sparse(asset, &at, sparse, &mut bytes, size)?;
     }
     Ok(Elements { bytes, component, components, normalized: json.normalized })
+}
+
+/// An accessor's description, with the type of its components and how many an element has.
+fn parse(asset: &Asset, at: &str) -> Result<(Json, ComponentType, usize)> {
+    let json: Json = asset.parse(at)?;
+    let (Checked::Valid(component), Checked::Valid(shape)) = (json.component_type, json.type_)
+    else {
+        return Err(Error::invalid(at, "unknown component type or element type"));
+    };
+    if matches!(shape, Type::Mat2 | Type::Mat3 | Type::Mat4) {
+        return Err(Error::invalid(at, "a matrix where a number or a vector belongs"));
+    }
+    Ok((json, component.0, shape.multiplicity()))
+}
+
+/// How the elements of the accessor at a JSON pointer are stored, but none of them.
+///
+/// # Errors
+/// [`Error::Invalid`] if it is missing or malformed.
+#[cfg(feature = "draco")]
+pub(crate) fn without_elements(asset: &Asset, at: &str) -> Result<Elements> {
+    let (json, component, components) = parse(asset, at)?;
+    Ok(Elements { bytes: Vec::new(), component, components, normalized: json.normalized })
 }
 
 /// `count` elements of `size` bytes, from `offset` on.

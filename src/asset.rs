@@ -32,22 +32,31 @@ pub struct EncodedImage {
     pub format: ImageFormat,
 }
 
-/// Image formats that glTF 2.0 knows without extensions.
+impl EncodedImage {
+    /// Stands for an image whose file is not there: it is drawn as if it changed nothing, and the
+    /// document goes on naming the file.
+    pub fn missing() -> Self {
+        Self { bytes: Arc::default(), format: ImageFormat::Png }
+    }
+
+    /// Whether its file is not there.
+    pub fn is_missing(&self) -> bool {
+        self.bytes.is_empty()
+    }
+}
+
+/// Formats of images in a glTF document.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ImageFormat {
     /// Lossless.
     Png,
     /// Lossy.
     Jpeg,
-}
-
-impl From<ImageFormat> for image::ImageFormat {
-    fn from(format: ImageFormat) -> Self {
-        match format {
-            ImageFormat::Png => Self::Png,
-            ImageFormat::Jpeg => Self::Jpeg,
-        }
-    }
+    /// Either; a texture names it in `EXT_texture_webp`. Written losslessly.
+    WebP,
+    /// Lossy, for graphics processors; a texture names it in `KHR_texture_basisu`. There is no
+    /// encoder: a changed one becomes a PNG.
+    Ktx2,
 }
 
 impl ImageFormat {
@@ -56,6 +65,10 @@ impl ImageFormat {
         match bytes {
             [0x89, b'P', b'N', b'G', ..] => Some(Self::Png),
             [0xff, 0xd8, 0xff, ..] => Some(Self::Jpeg),
+            [0xab, b'K', b'T', b'X', b' ', b'2', b'0', 0xbb, b'\r', b'\n', 0x1a, b'\n', ..] => {
+                Some(Self::Ktx2)
+            }
+            [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => Some(Self::WebP),
             _ => None,
         }
     }
@@ -65,6 +78,27 @@ impl ImageFormat {
         match self {
             Self::Png => "image/png",
             Self::Jpeg => "image/jpeg",
+            Self::WebP => "image/webp",
+            Self::Ktx2 => "image/ktx2",
+        }
+    }
+
+    /// The extension by which a texture names an image of this format, if core glTF has none.
+    pub const fn extension(self) -> Option<&'static str> {
+        match self {
+            Self::Png | Self::Jpeg => None,
+            Self::WebP => Some("EXT_texture_webp"),
+            Self::Ktx2 => Some("KHR_texture_basisu"),
+        }
+    }
+
+    /// The format as the image crate knows it, if it does.
+    pub(crate) const fn codec(self) -> Option<image::ImageFormat> {
+        match self {
+            Self::Png => Some(image::ImageFormat::Png),
+            Self::Jpeg => Some(image::ImageFormat::Jpeg),
+            Self::WebP => Some(image::ImageFormat::WebP),
+            Self::Ktx2 => None,
         }
     }
 }
@@ -107,6 +141,17 @@ impl Asset {
             Some(index) => Ok(Some(index)),
             None => Err(Error::invalid(at, format!("{value} is not one of the document's {list}"))),
         }
+    }
+
+    /// Every image whose file was not there when the asset was read: its place and the file's name.
+    pub fn missing_images(&self) -> Vec<String> {
+        let missing = self.images.iter().enumerate().filter(|(_, image)| image.is_missing());
+        let name = |(index, _)| {
+            let at = format!("/images/{index}/uri");
+            let uri = self.json.pointer(&at).and_then(Value::as_str).unwrap_or_default();
+            format!("{at}: {uri} is not there")
+        };
+        missing.map(name).collect()
     }
 
     /// The bytes of a buffer view.

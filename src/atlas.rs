@@ -234,6 +234,9 @@ pub enum LeftAlone {
     /// What wears it has no UVs, or UVs that are no triangle.
     #[error("no chart covers any of it")]
     NoChart,
+    /// The asset was read without it.
+    #[error("its file is not there")]
+    Missing,
     /// There is no texel to fill.
     #[error("charts cover all of it")]
     Covered,
@@ -289,6 +292,9 @@ fn repair_one(
 ) -> Result<std::result::Result<Repaired, LeftAlone>> {
     if atlas.beyond_charts {
         return Ok(Err(LeftAlone::BeyondCharts));
+    }
+    if asset.images[atlas.image].is_missing() {
+        return Ok(Err(LeftAlone::Missing));
     }
     let at = format!("/images/{}", atlas.image);
     let mut texels = decode(&asset.images[atlas.image], &at, options.memory_limit)?;

@@ -23,7 +23,7 @@ use crate::levels::{Coverage, DressedLevel, LevelMesh, chain_asset, level_asset}
 use crate::options::{BakeOptions, Textures};
 use crate::parts::level_parts;
 use crate::progress::Progress;
-use crate::read;
+use crate::read::{self, ReadOptions};
 use crate::report::html::{Extras, bake_page};
 use crate::report::pictures::{Gallery, draw_atlases};
 use crate::report::threads::time_threads;
@@ -74,10 +74,10 @@ impl Input<'_> {
         }
     }
 
-    fn read(&self) -> Result<Asset> {
+    fn read(&self, options: ReadOptions) -> Result<Asset> {
         match self {
-            Self::File(path) => read::read(path),
-            Self::Bytes(bytes, _) => read::read_bytes(bytes, Path::new("")),
+            Self::File(path) => read::read_with(path, options),
+            Self::Bytes(bytes, _) => read::read_bytes_with(bytes, Path::new(""), options),
         }
     }
 }
@@ -124,7 +124,7 @@ struct Baked {
 
 fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> Result<Baked> {
     let mut clock = Clock::default();
-    let asset = clock.time(|s| &mut s.read, || input.read())?;
+    let asset = clock.time(|s| &mut s.read, || input.read(options.reading()))?;
     let geometries = clock.time(|s| &mut s.weld, || weld_all(&asset))?;
     let plan = match options.textures {
         Textures::Transfer(transfer) => Some(Plan::new(&asset, &geometries, transfer.atlas)?),
@@ -182,7 +182,7 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
     )?;
     let report = BakeReport {
         schema: 1,
-        input: input_report(input, &geometries),
+        input: input_report(input, &asset, &geometries),
         screen: options.screen,
         levels: level_reports(&geometries, &chains, &steering, options, measured.as_ref()),
         seconds: clock.seconds,
@@ -332,7 +332,7 @@ fn evaluate_all(
     })
 }
 
-fn input_report(input: Input<'_>, geometries: &[Geometry]) -> InputReport {
+fn input_report(input: Input<'_>, asset: &Asset, geometries: &[Geometry]) -> InputReport {
     let meshes = geometries.iter().map(|geometry| &geometry.welded);
     InputReport {
         file: match input {
@@ -344,6 +344,7 @@ fn input_report(input: Input<'_>, geometries: &[Geometry]) -> InputReport {
         points: meshes.clone().map(|welded| welded.mesh.positions.len()).sum(),
         wedges: meshes.clone().map(|welded| welded.mesh.wedge_points.len()).sum(),
         degenerate_triangles: meshes.map(|welded| welded.degenerate).sum(),
+        missing_images: asset.missing_images(),
     }
 }
 

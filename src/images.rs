@@ -9,9 +9,10 @@ use image::error::{DecodingError, EncodingError, UnsupportedError, UnsupportedEr
 use image::{ColorType, DynamicImage, ImageDecoder, ImageEncoder, ImageError, ImageReader};
 
 use crate::asset::{EncodedImage, ImageFormat};
+use crate::basis;
 use crate::error::{Error, Result};
 use crate::limit::MemoryLimit;
-use crate::metadata::{Metadata, jpeg_ends};
+use crate::metadata::{Metadata, is_animated, jpeg_ends};
 
 /// How some Radiance HDR files begin, which the image crate knows only by their other name.
 pub(crate) const RGBE: &[u8] = b"#?RGBE";
@@ -35,9 +36,15 @@ impl Default for Encoding {
 /// Decodes an image; `at` names it in errors.
 ///
 /// # Errors
-/// [`Error::Invalid`] if it is damaged or takes more memory than the limit.
+/// [`Error::Invalid`] if it is damaged or takes more memory than the limit;
+/// [`Error::Unsupported`] if it is an animation, of which only a frame would be left.
 pub fn decode(image: &EncodedImage, at: &str, limit: MemoryLimit) -> Result<DynamicImage> {
-    let format = image.format.into();
+    let Some(format) = image.format.codec() else {
+        return basis::decode(&image.bytes, limit).map_err(|what| Error::invalid(at, what));
+    };
+    if is_animated(&image.bytes, format) {
+        return Err(Error::Unsupported { what: format!("{at}: an animation") });
+    }
     open(&image.bytes, format, limit)
         .map_err(|error| limit.explain(&error))
         .and_then(|decoder| limit.decode(decoder, format))
@@ -72,7 +79,8 @@ pub(crate) fn detect_format(bytes: &[u8]) -> Option<image::ImageFormat> {
     image::guess_format(bytes).ok().filter(image::ImageFormat::reading_enabled)
 }
 
-/// Encodes an image: losslessly as PNG, or as JPEG of quality 95.
+/// Encodes an image: losslessly as PNG or WebP, or as JPEG of quality 95. Instead of KTX2 it becomes
+/// a PNG.
 ///
 /// # Errors
 /// [`Error::Internal`] if the encoder can't take such texels.
@@ -89,11 +97,13 @@ pub(crate) fn encode_anew(
     original: &EncodedImage,
     encoding: Encoding,
 ) -> Result<EncodedImage> {
-    let before = original.format.into();
-    // It has been decoded before, within a limit.
-    let metadata = open(&original.bytes, before, MemoryLimit::default())
-        .and_then(|mut decoder| Metadata::read(&original.bytes, before, &mut decoder))
-        .map_err(|error| Error::Internal { what: error.to_string() })?;
+    let metadata = match original.format.codec() {
+        None => Metadata::default(),
+        // It has been decoded before, within a limit.
+        Some(before) => open(&original.bytes, before, MemoryLimit::default())
+            .and_then(|mut decoder| Metadata::read(&original.bytes, before, &mut decoder))
+            .map_err(|error| Error::Internal { what: error.to_string() })?,
+    };
     let format = if encoding.png { ImageFormat::Png } else { original.format };
     encode_with(image, &metadata, format, encoding)
 }
@@ -104,7 +114,11 @@ fn encode_with(
     format: ImageFormat,
     encoding: Encoding,
 ) -> Result<EncodedImage> {
-    let bytes = write(image, metadata, format.into(), encoding.quality)
+    let (format, codec) = match format.codec() {
+        Some(codec) => (format, codec),
+        None => (ImageFormat::Png, image::ImageFormat::Png),
+    };
+    let bytes = write(image, metadata, codec, encoding.quality)
         .map_err(|error| Error::Internal { what: error.to_string() })?;
     Ok(EncodedImage { bytes: bytes.into(), format })
 }
@@ -187,9 +201,12 @@ mod tests {
     }
 
     #[test]
-    fn a_png_comes_back_as_it_was_and_a_jpeg_nearly() {
-        let png = encode(&picture(), ImageFormat::Png).unwrap();
-        assert_eq!(decode(&png, "", MemoryLimit::default()).unwrap(), picture());
+    fn what_is_lossless_comes_back_as_it_was_and_a_jpeg_nearly() {
+        for format in [ImageFormat::Png, ImageFormat::WebP] {
+            let lossless = encode(&picture(), format).unwrap();
+            assert_eq!(ImageFormat::detect(&lossless.bytes), Some(format));
+            assert_eq!(decode(&lossless, "", MemoryLimit::default()).unwrap(), picture());
+        }
         let jpeg = encode(&picture(), ImageFormat::Jpeg).unwrap();
         assert_eq!(decode(&jpeg, "", MemoryLimit::default()).unwrap().width(), 9);
     }

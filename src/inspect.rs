@@ -22,7 +22,7 @@ pub struct Inspection {
     pub total: MeshReport,
     /// The meshes that have triangles.
     pub meshes: Vec<MeshReport>,
-    /// The images that a surface wears.
+    /// The images that a surface wears, but those that are missing.
     pub atlases: Vec<AtlasReport>,
     /// Materials in the document.
     pub materials: usize,
@@ -107,6 +107,7 @@ pub fn inspect(asset: &Asset, limit: MemoryLimit, footprint: Footprint) -> Resul
         meshes,
         atlases: atlases(asset)?
             .par_iter()
+            .filter(|atlas| !asset.images[atlas.image].is_missing())
             .map(|atlas| inspect_atlas(asset, atlas, limit, footprint))
             .collect::<Result<_>>()?,
         materials: asset.count("materials"),

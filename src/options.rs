@@ -6,6 +6,7 @@ use crate::certificate::Screen;
 use crate::error::{Error, Result};
 use crate::evaluate;
 use crate::limit::MemoryLimit;
+use crate::read::ReadOptions;
 use crate::steering::Steering;
 use crate::transfer::TransferOptions;
 
@@ -26,8 +27,10 @@ pub struct BakeOptions {
     pub screen: Screen,
     /// Whether a page with charts and pictures is written.
     pub report: Option<ReportOptions>,
-    /// Most memory that decoding one image may take.
+    /// Most memory that decoding one image, or all compressed geometry, may take.
     pub memory_limit: MemoryLimit,
+    /// Whether image files may be missing: they are measured as white or flat, and stay named.
+    pub allow_missing: bool,
 }
 
 /// What the page of a bake shows beyond its results.
@@ -38,6 +41,11 @@ pub struct ReportOptions {
 }
 
 impl BakeOptions {
+    /// How the asset is read.
+    pub fn reading(&self) -> ReadOptions {
+        ReadOptions { memory_limit: self.memory_limit, allow_missing: self.allow_missing }
+    }
+
     /// How the levels are evaluated, with the tolerance that their sizes are reckoned for.
     pub fn evaluation(&self) -> Option<evaluate::Options> {
         let pixel_tolerance = self.screen.pixel_tolerance;
@@ -56,6 +64,7 @@ impl Default for BakeOptions {
             screen: Screen::default(),
             report: None,
             memory_limit: MemoryLimit::default(),
+            allow_missing: false,
         }
     }
 }

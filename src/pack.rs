@@ -5,6 +5,7 @@
 //! not know stays true. A slot that an edit sets free is used for the next new object; what is left
 //! over is cut off at the end of its list, or becomes a few zero bytes.
 
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 
 use gltf::json::accessor::ComponentType;
@@ -13,6 +14,8 @@ use serde_json::{Value, json};
 use crate::accessor::Elements;
 use crate::asset::{Asset, EncodedImage};
 use crate::error::{Error, Result};
+use crate::quantization;
+use crate::textures::match_formats;
 
 /// What the bytes of a buffer view are for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,15 +75,8 @@ impl Packer {
 
     /// Adds vertex data. Elements are padded to four bytes, as glTF 2.0 §3.6.2.4 asks.
     pub(crate) fn add_vertices(&mut self, elements: &Elements, bounds: bool) -> usize {
-        let size = elements.size();
-        let stride = size.next_multiple_of(4);
-        let bytes = if stride == size {
-            elements.bytes.clone()
-        } else {
-            let pad = |element: &[u8]| [element, &[0; 3][..stride - size]].concat();
-            elements.bytes.chunks_exact(size).flat_map(pad).collect()
-        };
-        let view = self.add_view(&bytes, Target::Vertices, (stride != size).then_some(stride));
+        let (bytes, stride) = aligned(elements);
+        let view = self.add_view(&bytes, Target::Vertices, stride);
         let mut accessor = json!({
             "bufferView": view,
             "componentType": elements.component.as_gl_enum(),
@@ -154,8 +150,20 @@ impl Packer {
             put(&mut self.asset.json, "buffers", None, json!({"byteLength": length}));
             self.asset.buffers.push(self.bytes);
         }
+        quantization::unlist_if_unneeded(&mut self.asset.json);
         self.asset
     }
+}
+
+/// Vertex data as it is stored, elements padded to four bytes; with the stride if there is one.
+pub(crate) fn aligned(elements: &Elements) -> (Cow<'_, [u8]>, Option<usize>) {
+    let size = elements.size();
+    let stride = size.next_multiple_of(4);
+    if stride == size {
+        return (Cow::Borrowed(&elements.bytes), None);
+    }
+    let pad = |element: &[u8]| [element, &[0; 3][..stride - size]].concat();
+    (elements.bytes.chunks_exact(size).flat_map(pad).collect(), Some(stride))
 }
 
 /// An accessor that needs no bytes.
@@ -226,7 +234,7 @@ fn type_name(components: usize) -> &'static str {
 }
 
 /// Least and greatest value of each component, of floats as they are stored.
-fn bounds(elements: &Elements) -> (Vec<f32>, Vec<f32>) {
+pub(crate) fn bounds(elements: &Elements) -> (Vec<f32>, Vec<f32>) {
     let mut low = vec![f32::INFINITY; elements.components];
     let mut high = vec![f32::NEG_INFINITY; elements.components];
     let raw = Elements { normalized: false, ..elements.clone() };
@@ -239,7 +247,8 @@ fn bounds(elements: &Elements) -> (Vec<f32>, Vec<f32>) {
     (low, high)
 }
 
-/// Brings all bytes that the document refers to, images among them, into one buffer.
+/// Brings all bytes that the document refers to, images among them, into one buffer; what the
+/// document says of its images is said anew.
 ///
 /// # Errors
 /// [`Error::Invalid`] if a view runs past its buffer.
@@ -266,7 +275,8 @@ pub(crate) fn join_buffers(asset: &Asset) -> Result<Asset> {
         view["byteOffset"] = json!(append(data));
         view["byteLength"] = json!(data.len());
     }
-    for (index, image) in asset.images.iter().enumerate() {
+    // What is missing stays what its URI names.
+    for (index, image) in asset.images.iter().enumerate().filter(|(_, own)| !own.is_missing()) {
         if image_views[index].is_none() {
             let view = json!({"buffer": 0, "byteOffset": append(&image.bytes),
                 "byteLength": image.bytes.len()});
@@ -279,6 +289,7 @@ pub(crate) fn join_buffers(asset: &Asset) -> Result<Asset> {
         }
         json["images"][index]["mimeType"] = json!(image.format.mime());
     }
+    match_formats(&mut json, &asset.images);
     if bytes.is_empty() {
         json.as_object_mut().map(|document| document.shift_remove("buffers"));
         return Ok(Asset { json, buffers: Vec::new(), images: asset.images.clone() });

@@ -7,16 +7,25 @@ use gltf::json;
 use serde_json::Value;
 
 use crate::asset::{Asset, EncodedImage, ImageFormat};
+use crate::compression;
 use crate::error::{Error, Result};
+use crate::limit::MemoryLimit;
 
-/// Required extensions that leave geometry and textures as core glTF has them, or that the
-/// accessor layer reads.
+/// Required extensions that leave geometry and textures as core glTF has them, that the accessor
+/// layer reads, or that are made plain at reading.
 const SUPPORTED: &[&str] = &[
+    "EXT_mesh_features",
     "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
+    "EXT_texture_webp",
+    #[cfg(feature = "draco")]
+    "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
     "KHR_materials_pbrSpecularGlossiness",
     "KHR_materials_variants",
     "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
+    "KHR_texture_basisu",
     "KHR_texture_transform",
     "MSFT_lod",
 ];
@@ -24,14 +33,31 @@ const SUPPORTED: &[&str] = &[
 /// Bytes of a GLB's own header and that of its first chunk.
 const GLB_HEADERS: usize = 20;
 
+/// What reading may take, and what it puts up with.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ReadOptions {
+    /// Most memory that compressed geometry may take when it is decoded.
+    pub memory_limit: MemoryLimit,
+    /// Whether image files may be missing; see [`Asset::missing_images`].
+    pub allow_missing: bool,
+}
+
 /// Reads an asset with all its buffers and images.
 ///
 /// # Errors
 /// [`Error::Io`] if a file can't be read; [`Error::Invalid`] if one is not what it should be;
 /// [`Error::Unsupported`] if the document requires an extension that this version lacks.
 pub fn read(path: &Path) -> Result<Asset> {
+    read_with(path, ReadOptions::default())
+}
+
+/// As [`read`], with options.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_with(path: &Path, options: ReadOptions) -> Result<Asset> {
     let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
-    read_bytes(&bytes, folder_of(path))
+    read_bytes_with(&bytes, folder_of(path), options)
 }
 
 /// Reads an asset without its images, so that they may be missing or of any kind.
@@ -40,7 +66,7 @@ pub fn read(path: &Path) -> Result<Asset> {
 /// As [`read`].
 pub fn read_geometry(path: &Path) -> Result<Asset> {
     let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
-    read_document(&bytes, folder_of(path))
+    read_document(&bytes, folder_of(path), ReadOptions::default())
 }
 
 /// Where the files that a document names are.
@@ -53,16 +79,24 @@ pub(crate) fn folder_of(path: &Path) -> &Path {
 /// # Errors
 /// As [`read`].
 pub fn read_bytes(bytes: &[u8], folder: &Path) -> Result<Asset> {
-    let mut asset = read_document(bytes, folder)?;
+    read_bytes_with(bytes, folder, ReadOptions::default())
+}
+
+/// As [`read_bytes`], with options.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_bytes_with(bytes: &[u8], folder: &Path, options: ReadOptions) -> Result<Asset> {
+    let mut asset = read_document(bytes, folder, options)?;
     for index in 0..asset.count("images") {
-        let image = read_image(&asset, index, folder)?;
+        let image = read_image(&asset, index, folder, options)?;
         asset.images.push(image);
     }
     Ok(asset)
 }
 
-/// Reads the document and its buffers.
-fn read_document(bytes: &[u8], folder: &Path) -> Result<Asset> {
+/// Reads the document and its buffers, and makes plain what is compressed in them.
+fn read_document(bytes: &[u8], folder: &Path, options: ReadOptions) -> Result<Asset> {
     let (json, chunk) = if bytes.starts_with(b"glTF") {
         let invalid = |what: String| Error::invalid("the GLB container", what);
         if bytes.len() < GLB_HEADERS || length_of(bytes) < GLB_HEADERS {
@@ -85,6 +119,7 @@ fn read_document(bytes: &[u8], folder: &Path) -> Result<Asset> {
         let buffer = read_buffer(&asset, index, chunk.as_deref(), folder)?;
         asset.buffers.push(buffer);
     }
+    compression::expand(&mut asset, options.memory_limit)?;
     Ok(asset)
 }
 
@@ -181,8 +216,11 @@ fn read_buffer(
     let at = format!("/buffers/{index}");
     let buffer: json::Buffer = asset.parse(&at)?;
     let mut bytes = match (&buffer.uri, chunk) {
-        (Some(uri), _) => read_uri(uri, &at, folder)?,
+        (Some(uri), _) => Resource::of(uri, &at, folder)?.read(&at)?,
         (None, Some(chunk)) if index == 0 => chunk.to_vec(),
+        (None, _) if compression::is_fallback(&asset.json["buffers"][index]) => {
+            return Ok(Vec::new());
+        }
         _ => return Err(Error::invalid(at, "it has neither a URI nor the binary chunk")),
     };
     let length = usize::try_from(buffer.byte_length.0).unwrap_or(usize::MAX);
@@ -194,44 +232,75 @@ fn read_buffer(
     Ok(bytes)
 }
 
-fn read_image(asset: &Asset, index: usize, folder: &Path) -> Result<EncodedImage> {
+fn read_image(
+    asset: &Asset,
+    index: usize,
+    folder: &Path,
+    options: ReadOptions,
+) -> Result<EncodedImage> {
     let at = format!("/images/{index}");
     let uri = asset.json.pointer(&at).and_then(|image| image.get("uri")).and_then(Value::as_str);
     let bytes = match (uri, asset.reference(&at, "bufferView", "bufferViews")?) {
-        (Some(uri), _) => read_uri(uri, &at, folder)?,
+        (Some(uri), _) => {
+            let resource = Resource::of(uri, &at, folder)?;
+            if options.allow_missing && resource.is_missing() {
+                return Ok(EncodedImage::missing());
+            }
+            resource.read(&at)?
+        }
         (None, Some(view)) => asset.view(view)?.0.to_vec(),
         (None, None) => {
             return Err(Error::invalid(at, "it has neither a URI nor a buffer view"));
         }
     };
     let format = ImageFormat::detect(&bytes).ok_or_else(|| Error::Unsupported {
-        what: format!("{at}: an image that is no PNG or JPEG"),
+        what: format!("{at}: an image that is no PNG, JPEG, WebP or KTX2"),
     })?;
     Ok(EncodedImage { bytes: bytes.into(), format })
 }
 
-/// The bytes behind a URI: base64 in the URI itself, or a file in the asset's folder.
-fn read_uri(uri: &str, at: &str, folder: &Path) -> Result<Vec<u8>> {
-    let at = || format!("{at}/uri");
-    if let Some(data) = uri.strip_prefix("data:") {
-        let Some((_, data)) = data.split_once(";base64,") else {
-            return Err(Error::Unsupported {
-                what: format!("{}: a data URI without base64", at()),
-            });
+/// What a URI names.
+enum Resource {
+    /// Bytes in the URI itself.
+    Data(Vec<u8>),
+    /// A file in the asset's folder.
+    File(PathBuf),
+}
+
+impl Resource {
+    fn of(uri: &str, at: &str, folder: &Path) -> Result<Self> {
+        let at = || format!("{at}/uri");
+        if let Some(data) = uri.strip_prefix("data:") {
+            let Some((_, data)) = data.split_once(";base64,") else {
+                let what = format!("{}: a data URI without base64", at());
+                return Err(Error::Unsupported { what });
+            };
+            let data = base64::engine::general_purpose::STANDARD.decode(data);
+            return data.map(Self::Data).map_err(|error| Error::invalid(at(), error.to_string()));
+        }
+        if uri.contains("://") {
+            return Err(Error::Unsupported { what: format!("{}: fetching {uri}", at()) });
+        }
+        let name = percent_encoding::percent_decode_str(uri)
+            .decode_utf8()
+            .map_err(|_| Error::invalid(at(), "its file name is not UTF-8"))?;
+        Ok(Self::File(folder.join(name.as_ref())))
+    }
+
+    /// Whether it is a file that is certainly not there.
+    fn is_missing(&self) -> bool {
+        matches!(self, Self::File(path) if path.try_exists().is_ok_and(|exists| !exists))
+    }
+
+    /// Its bytes; `at` is the object that names it.
+    fn read(self, at: &str) -> Result<Vec<u8>> {
+        let path = match self {
+            Self::Data(bytes) => return Ok(bytes),
+            Self::File(path) => path,
         };
-        return base64::engine::general_purpose::STANDARD
-            .decode(data)
-            .map_err(|error| Error::invalid(at(), error.to_string()));
+        let fault = |error| format!("{} can't be read: {error}", path.display());
+        std::fs::read(&path).map_err(|error| Error::invalid(format!("{at}/uri"), fault(error)))
     }
-    if uri.contains("://") {
-        return Err(Error::Unsupported { what: format!("{}: fetching {uri}", at()) });
-    }
-    let name = percent_encoding::percent_decode_str(uri)
-        .decode_utf8()
-        .map_err(|_| Error::invalid(at(), "its file name is not UTF-8"))?;
-    let path: PathBuf = folder.join(name.as_ref());
-    std::fs::read(&path)
-        .map_err(|error| Error::invalid(at(), format!("{} can't be read: {error}", path.display())))
 }
 
 #[cfg(test)]
@@ -250,6 +319,18 @@ mod tests {
     }
 
     #[test]
+    fn a_missing_image_is_put_up_with_if_that_is_asked_for_and_a_missing_buffer_never() {
+        let options = ReadOptions { allow_missing: true, ..ReadOptions::default() };
+        let json = r#"{"asset": {"version": "2.0"}, "images": [{"uri": "not%20there.png"}]}"#;
+        let asset = read_bytes_with(json.as_bytes(), Path::new(""), options).unwrap();
+        assert_eq!(asset.missing_images(), ["/images/0/uri: not%20there.png is not there"]);
+        let json =
+            json.replace("images", "buffers").replace("\"uri\"", "\"byteLength\": 1, \"uri\"");
+        let error = read_bytes_with(json.as_bytes(), Path::new(""), options).unwrap_err();
+        assert!(error.to_string().starts_with("/buffers/0/uri"), "{error}");
+    }
+
+    #[test]
     fn each_fault_is_named_with_its_place() {
         assert!(error("{").contains("JSON"));
         for length in 0..20 {
@@ -259,15 +340,14 @@ mod tests {
         assert!(error("{}").contains("/asset/version"));
         assert!(error(r#"{"asset": {"version": "1.0"}}"#).contains("glTF version 1.0"));
         let with = |rest: &str| error(&format!(r#"{{"asset": {{"version": "2.0"}}, {rest}}}"#));
-        assert!(
-            with(r#""extensionsRequired": ["EXT_meshopt_compression"]"#)
-                .contains("EXT_meshopt_compression")
-        );
+        assert!(with(r#""extensionsRequired": ["EXT_of_tomorrow"]"#).contains("EXT_of_tomorrow"));
         assert!(with(r#""nodes": [{}, {"extensions": 5}]"#).starts_with("/nodes/1/extensions"));
         assert!(with(r#""meshes": [{"primitives": [7]}]"#).starts_with("/meshes/0/primitives/0"));
         assert!(with(r#""buffers": [{"byteLength": 9}]"#).starts_with("/buffers/0"));
         let missing = with(r#""images": [{"uri": "not%20there.png"}]"#);
         assert!(missing.starts_with("/images/0/uri") && missing.contains("not there.png"));
+        let empty = "/images/0: an image that is no PNG";
+        assert!(with(r#""images": [{"uri": "data:;base64,"}]"#).contains(empty));
         assert!(with(r#""images": [{"bufferView": 4}]"#).starts_with("/images/0/bufferView"));
     }
 }

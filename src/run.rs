@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, anyhow, bail};
 
-use seamwise::asset::ImageFormat;
+use seamwise::asset::{Asset, ImageFormat};
 use seamwise::atlas::{encode_repaired, repair_all};
 use seamwise::bake::{self, Input};
 use seamwise::certificate::{largest_sizes, select_level};
@@ -16,17 +16,18 @@ use seamwise::evaluate::scene::Scene;
 use seamwise::evaluate::sheet::contact_sheet;
 use seamwise::images::{Encoding, encode};
 use seamwise::inspect;
-use seamwise::limit::MemoryLimit;
 use seamwise::options::BakeOptions;
 use seamwise::progress::Progress;
-use seamwise::read::read;
+use seamwise::read::read_with;
 use seamwise::repair::{RepairOptions, repair_file};
 use seamwise::report::html::evaluate_page;
 use seamwise::report::pictures::Gallery;
 use seamwise::report::{CandidateReport, EvaluateReport, ReferenceReport, ViewReport};
 use seamwise::write::write_files;
 
-use crate::cli::{BakeArgs, Common, EvaluateArgs, InspectArgs, RepairArgs, SelectArgs};
+use crate::cli::{
+    BakeArgs, Common, EvaluateArgs, InspectArgs, ReadingArgs, RepairArgs, SelectArgs,
+};
 
 /// Bakes each input; one that fails does not stop the others.
 pub(crate) fn bake(args: &BakeArgs, common: Common, progress: &Progress) -> Result<usize> {
@@ -39,7 +40,10 @@ pub(crate) fn bake(args: &BakeArgs, common: Common, progress: &Progress) -> Resu
     let mut failed = 0;
     for input in inputs {
         match bake::bake(*input, &args.output, &options, progress) {
-            Ok(report) => say(quiet, &format!("{}\n{}", input.stem(), report.to_table()))?,
+            Ok(report) => {
+                warn(quiet, &name(*input), &report.input.missing_images);
+                say(quiet, &format!("{}\n{}", input.stem(), report.to_table()))?;
+            }
             Err(error) => {
                 failed += 1;
                 eprintln!("seamwise: {}: {error}", name(*input));
@@ -88,7 +92,7 @@ pub(crate) fn repair(args: &RepairArgs, common: Common) -> Result<usize> {
 pub(crate) fn evaluate(args: &EvaluateArgs, common: Common) -> Result<usize> {
     let mut cache = TextureCache::with_limit(common.memory_limit);
     let named = |error| anyhow!("{}: {error}", args.reference.display());
-    let reference = load_reference(args, common.memory_limit, &mut cache).map_err(named)?;
+    let reference = load_reference(args, common, &mut cache).map_err(named)?;
     let options = args.resolve();
     let against = Reference::with_mode(&reference, options, args.mode()).map_err(named)?;
     let mut gallery = match &args.report {
@@ -97,7 +101,7 @@ pub(crate) fn evaluate(args: &EvaluateArgs, common: Common) -> Result<usize> {
     };
     let (mut candidates, mut scenes) = (Vec::new(), Vec::new());
     for path in &args.candidates {
-        let compared = load_file(path, &mut cache).and_then(|scene| {
+        let compared = load_file(path, args, common, &mut cache).and_then(|scene| {
             let (metrics, views) = against.compare_by_view(&scene)?;
             if let Some(gallery) = &mut gallery {
                 gallery.add(&scene)?;
@@ -160,23 +164,50 @@ fn evaluation_files(
 
 fn load_reference(
     args: &EvaluateArgs,
-    limit: MemoryLimit,
+    common: Common,
     cache: &mut TextureCache,
 ) -> seamwise::error::Result<Scene> {
-    let mut asset = read(&args.reference)?;
+    let mut asset = read_warned(&args.reference, &args.reading, common)?;
     if args.clean_reference {
-        asset.images = encode_repaired(&asset, &repair_all(&asset, limit)?, Encoding::default())?;
+        asset.images = encode_repaired(
+            &asset,
+            &repair_all(&asset, common.memory_limit)?,
+            Encoding::default(),
+        )?;
     }
     load(&asset, cache)
 }
 
-fn load_file(path: &Path, cache: &mut TextureCache) -> seamwise::error::Result<Scene> {
-    load(&read(path)?, cache)
+fn load_file(
+    path: &Path,
+    args: &EvaluateArgs,
+    common: Common,
+    cache: &mut TextureCache,
+) -> seamwise::error::Result<Scene> {
+    load(&read_warned(path, &args.reading, common)?, cache)
+}
+
+/// Reads an asset, and warns of what is missing.
+fn read_warned(
+    path: &Path,
+    reading: &ReadingArgs,
+    common: Common,
+) -> seamwise::error::Result<Asset> {
+    let asset = read_with(path, reading.resolve(common))?;
+    warn(common.quiet, &path.display().to_string(), &asset.missing_images());
+    Ok(asset)
+}
+
+/// Says what a user may want to mend, unless they want to hear of errors alone.
+fn warn(quiet: bool, input: &str, warnings: &[String]) {
+    for warning in warnings.iter().filter(|_| !quiet) {
+        eprintln!("seamwise: warning: {input}: {warning}");
+    }
 }
 
 /// Looks an asset over.
 pub(crate) fn inspect(args: &InspectArgs, common: Common) -> Result<usize> {
-    let found = read(&args.input)
+    let found = read_warned(&args.input, &args.reading, common)
         .and_then(|asset| inspect::inspect(&asset, common.memory_limit, args.footprint.resolve()))
         .map_err(|error| anyhow!("{}: {error}", args.input.display()))?;
     say(common.quiet, &if args.json { found.to_json()? } else { found.to_text() })?;

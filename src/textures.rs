@@ -6,8 +6,9 @@ use serde_json::Value;
 
 use seamwise_texture::{Role, Wrap};
 
-use crate::asset::Asset;
+use crate::asset::{Asset, EncodedImage};
 use crate::error::{Error, Result};
+use crate::extensions::{drop_unused_extension, remove_extension};
 
 /// A texture as a material uses it.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,19 +29,28 @@ pub struct TextureSlot {
     pub normal_scale: f32,
 }
 
+/// Extensions by which a texture names an image of a format that core glTF lacks, those that are
+/// preferred to others first.
+const SOURCES: [&str; 2] = ["EXT_texture_webp", "KHR_texture_basisu"];
+
 /// Every texture of a material, those of its extensions too: whatever stands under a key that ends
 /// in `Texture` and has an index.
 ///
+/// A texture that names an image in an extension, and another in the core for readers without it,
+/// gives two slots, the extension's first: who shows it takes the first slot of a place, who changes
+/// what surfaces wear takes all.
+///
 /// # Errors
 /// [`Error::Invalid`] if a texture, sampler or image that it names is not there;
-/// [`Error::Unsupported`] if a texture has no core image.
+/// [`Error::Unsupported`] if a texture has no image that this version reads.
 pub fn slots(asset: &Asset, material: usize) -> Result<Vec<TextureSlot>> {
     let at = format!("/materials/{material}");
     let mut found = Vec::new();
     if let Some(json) = asset.json.pointer(&at) {
         collect(json, &at, &mut found);
     }
-    found.into_iter().map(|at| slot(asset, at)).collect()
+    let slots: Vec<_> = found.into_iter().map(|at| slots_at(asset, &at)).collect::<Result<_>>()?;
+    Ok(slots.into_iter().flatten().collect())
 }
 
 fn collect(json: &Value, at: &str, found: &mut Vec<String>) {
@@ -54,14 +64,12 @@ fn collect(json: &Value, at: &str, found: &mut Vec<String>) {
     }
 }
 
-fn slot(asset: &Asset, at: String) -> Result<TextureSlot> {
+/// The slots of one texture info, one for each of its images.
+fn slots_at(asset: &Asset, at: &str) -> Result<Vec<TextureSlot>> {
     let texture = asset
-        .reference(&at, "index", "textures")?
-        .ok_or_else(|| Error::invalid(&at, "it names no texture"))?;
+        .reference(at, "index", "textures")?
+        .ok_or_else(|| Error::invalid(at, "it names no texture"))?;
     let texture = format!("/textures/{texture}");
-    let image = asset.reference(&texture, "source", "images")?.ok_or_else(|| {
-        Error::Unsupported { what: format!("{texture}: a texture without a PNG or JPEG image") }
-    })?;
     let wrap = match asset.reference(&texture, "sampler", "samplers")? {
         None => [Wrap::Repeat; 2],
         Some(sampler) => {
@@ -69,11 +77,52 @@ fn slot(asset: &Asset, at: String) -> Result<TextureSlot> {
             [wrap(asset, &format!("{at}/wrapS"))?, wrap(asset, &format!("{at}/wrapT"))?]
         }
     };
-    let (uv_set, transform) = layout(asset, &at)?;
-    let role = role(&at);
+    let (uv_set, transform) = layout(asset, at)?;
+    let role = role(at);
     let has_scale = role == Role::Normal;
     let normal_scale = if has_scale { parse_or(asset, &format!("{at}/scale"), 1.0)? } else { 1.0 };
-    Ok(TextureSlot { role, image, wrap, uv_set, transform, normal_scale, at })
+    let slot = |image| {
+        let at = at.to_owned();
+        TextureSlot { role, image, wrap, uv_set, transform, normal_scale, at }
+    };
+    Ok(sources(asset, &texture)?.into_iter().map(slot).collect())
+}
+
+/// The images of a texture, the preferred one first.
+fn sources(asset: &Asset, texture: &str) -> Result<Vec<usize>> {
+    let extended = SOURCES.map(|name| format!("{texture}/extensions/{name}"));
+    let mut images = Vec::new();
+    for at in extended.iter().map(String::as_str).chain([texture]) {
+        images.extend(asset.reference(at, "source", "images")?);
+    }
+    if images.is_empty() {
+        let what = format!("{texture}: a texture without a PNG, JPEG, WebP or KTX2 image");
+        return Err(Error::Unsupported { what });
+    }
+    Ok(images)
+}
+
+/// Makes textures name their images as the images' formats ask: where an image that an extension
+/// names has become one of the core's, it moves to the core's key, and the extension goes.
+pub(crate) fn match_formats(json: &mut Value, images: &[EncodedImage]) {
+    let textures = json.get_mut("textures").and_then(Value::as_array_mut);
+    for texture in textures.into_iter().flatten() {
+        for name in SOURCES {
+            let Some(source) = texture.pointer(&format!("/extensions/{name}/source")) else {
+                continue;
+            };
+            let image = source.as_u64().and_then(|index| images.get(index as usize));
+            let is_other =
+                |own: &EncodedImage| !own.is_missing() && own.format.extension() != Some(name);
+            if image.is_some_and(is_other) {
+                texture["source"] = source.clone();
+                remove_extension(texture, name);
+            }
+        }
+    }
+    for name in SOURCES {
+        drop_unused_extension(json, name);
+    }
 }
 
 fn wrap(asset: &Asset, at: &str) -> Result<Wrap> {
@@ -104,7 +153,11 @@ fn layout(asset: &Asset, at: &str) -> Result<(usize, Affine2)> {
 }
 
 /// What stands at a JSON pointer, or a default.
-fn parse_or<T: serde::de::DeserializeOwned>(asset: &Asset, at: &str, default: T) -> Result<T> {
+pub(crate) fn parse_or<T: serde::de::DeserializeOwned>(
+    asset: &Asset,
+    at: &str,
+    default: T,
+) -> Result<T> {
     if asset.json.pointer(at).is_some() { asset.parse(at) } else { Ok(default) }
 }
 
@@ -133,6 +186,7 @@ fn role(at: &str) -> Role {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::asset::ImageFormat;
     use serde_json::json;
 
     fn asset() -> Asset {
@@ -182,6 +236,44 @@ mod tests {
         let transform = slots(&asset(), 0).unwrap()[3].transform;
         let turned = transform.transform_point2(Vec2::new(1.0, 0.0));
         assert!((turned - Vec2::new(0.5, -1.0)).length() < 1e-6, "right becomes up: {turned}");
+    }
+
+    #[test]
+    fn the_extensions_image_comes_first_and_the_cores_is_not_forgotten() {
+        let mut asset = asset();
+        asset.json["textures"][1]["extensions"] = json!({"EXT_texture_webp": {"source": 1}});
+        let images =
+            |asset: &Asset| slots(asset, 0).unwrap().iter().map(|s| s.image).collect::<Vec<_>>();
+        assert_eq!(images(&asset), [1, 1, 1, 0, 1, 0]);
+        asset.json["textures"][1].as_object_mut().unwrap().shift_remove("source");
+        assert_eq!(images(&asset), [1, 1, 1, 1]);
+        asset.json["textures"][1]["extensions"]["EXT_texture_webp"]["source"] = json!(2);
+        let error = slots(&asset, 0).unwrap_err().to_string();
+        assert!(error.starts_with("/textures/1/extensions/EXT_texture_webp/source"), "{error}");
+    }
+
+    #[test]
+    fn an_image_that_became_a_png_moves_to_the_cores_key() {
+        let image = |format| EncodedImage { bytes: vec![1].into(), format };
+        let images = [image(ImageFormat::Png), image(ImageFormat::WebP)];
+        let texture = |source| json!({"extensions": {"EXT_texture_webp": {"source": source}}});
+        let basis = |source| json!({"extensions": {"KHR_texture_basisu": {"source": source}}});
+        let lists = |names| json!({"extensionsUsed": names, "extensionsRequired": names});
+        let mut json = lists(json!(["EXT_texture_webp", "KHR_materials_unlit"]));
+        json["textures"] = json!([texture(0), texture(1)]);
+        match_formats(&mut json, &images);
+        assert_eq!(json["textures"], json!([{"source": 0}, texture(1)]));
+        assert_eq!(json["extensionsRequired"].as_array().unwrap().len(), 2, "one still needs it");
+        json["textures"] = json!([texture(0)]);
+        match_formats(&mut json, &images);
+        assert_eq!(json["extensionsUsed"], json!(["KHR_materials_unlit"]));
+        assert_eq!(json["extensionsRequired"], json!(["KHR_materials_unlit"]));
+        json["textures"] = json!([basis(0), basis(1)]);
+        match_formats(&mut json, &[image(ImageFormat::Ktx2), image(ImageFormat::Png)]);
+        assert_eq!(json["textures"], json!([basis(0), {"source": 1}]));
+        let mut bare = json!({});
+        match_formats(&mut bare, &[]);
+        assert_eq!(bare, json!({}));
     }
 
     #[test]

@@ -325,15 +325,26 @@ fn an_asset_keeps_the_profiles_of_its_images_and_its_jpegs_may_become_pngs() {
         (files::jpeg(), false, asset::ImageFormat::Jpeg, "quality 80"),
         (files::jpeg(), true, asset::ImageFormat::Png, "becomes a PNG"),
         (files::palette_png(false), true, asset::ImageFormat::Png, "palette is widened"),
+        (files::webp(), false, asset::ImageFormat::WebP, "losslessly"),
+        (files::webp(), true, asset::ImageFormat::Png, "becomes a PNG"),
     ] {
         let mut build = common::assets::textured(&half, &image::RgbaImage::new(2, 2));
         let view = build.view(&image);
         build.json["images"][0]["bufferView"] = json!(view);
+        if image == files::webp() {
+            build.json["textures"][0] = json!({"extensions": {"EXT_texture_webp": {"source": 0}}});
+            build.json["extensionsUsed"] = json!(["EXT_texture_webp"]);
+            build.json["extensionsRequired"] = json!(["EXT_texture_webp"]);
+        }
         let options =
             RepairOptions { encoding: Encoding { png, quality: 80 }, ..RepairOptions::default() };
         let (glb, said) = rewrite_with(&build.glb(), "glb", &options).unwrap();
         assert!(said.contains(word), "{said}");
-        let after = seamwise::read::read_bytes(&glb, Path::new("")).unwrap().images.remove(0);
+        let mut asset = seamwise::read::read_bytes(&glb, Path::new("")).unwrap();
+        let is_webp = format == asset::ImageFormat::WebP;
+        assert_eq!(asset.json["textures"][0].get("source").is_none(), is_webp);
+        assert_eq!(asset.json.get("extensionsRequired").is_some(), is_webp);
+        let after = asset.images.remove(0);
         assert_eq!(after.format, format);
         assert_ne!(decoded(&after.bytes), decoded(&image), "it was repaired");
         assert_eq!(

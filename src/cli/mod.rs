@@ -15,6 +15,7 @@ use seamwise::evaluate;
 use seamwise::evaluate::scene::Mode;
 use seamwise::limit::MemoryLimit;
 use seamwise::options::{BakeOptions, ReportOptions, Targets, Textures};
+use seamwise::read::ReadOptions;
 use seamwise::transfer::{Atlas, BakeNormals, Sizes, TransferOptions};
 use seamwise_attr::Polish;
 use steering::SteeringArgs;
@@ -40,8 +41,8 @@ pub(crate) struct Common {
     /// Say nothing but errors.
     #[arg(long, short, global = true)]
     pub(crate) quiet: bool,
-    /// Most memory that decoding one image may take, as 512MiB or 8GB: a small file can claim any
-    /// size.
+    /// Most memory that decoding one image, or all compressed geometry, may take, as 512MiB or 8GB:
+    /// a small file can claim any size.
     #[arg(long, global = true, default_value_t, value_name = "SIZE")]
     pub(crate) memory_limit: MemoryLimit,
 }
@@ -124,7 +125,26 @@ pub(crate) struct BakeArgs {
     #[arg(long, requires = "report")]
     threads_report: bool,
     #[command(flatten)]
+    reading: ReadingArgs,
+    #[command(flatten)]
     steering: SteeringArgs,
+}
+
+/// How assets are read.
+#[derive(Debug, Args)]
+pub(crate) struct ReadingArgs {
+    /// Go on, with a warning, without image files that are not there: their textures are measured as
+    /// white, or flat for normals. What is written still names them, to be put beside it.
+    #[arg(long)]
+    allow_missing: bool,
+}
+
+impl ReadingArgs {
+    /// What these arguments mean.
+    pub(crate) fn resolve(&self, common: Common) -> ReadOptions {
+        let Common { memory_limit, .. } = common;
+        ReadOptions { memory_limit, allow_missing: self.allow_missing }
+    }
 }
 
 /// Reads `1920x1080`.
@@ -232,6 +252,7 @@ impl BakeArgs {
             evaluate: (!self.no_evaluate).then(evaluate::Options::default),
             screen,
             report: self.report.then_some(ReportOptions { threads: self.threads_report }),
+            allow_missing: self.reading.allow_missing,
             ..BakeOptions::default()
         })
     }
@@ -282,6 +303,8 @@ pub(crate) struct EvaluateArgs {
     /// Views on the sheet.
     #[arg(long, default_value_t = 3, requires = "sheet", value_parser = clap::value_parser!(u8).range(1..=24))]
     pub(crate) sheet_views: u8,
+    #[command(flatten)]
+    pub(crate) reading: ReadingArgs,
 }
 
 impl EvaluateArgs {
@@ -309,6 +332,8 @@ pub(crate) struct InspectArgs {
     pub(crate) input: PathBuf,
     #[command(flatten)]
     pub(crate) footprint: FootprintArgs,
+    #[command(flatten)]
+    pub(crate) reading: ReadingArgs,
     /// Print JSON instead of text.
     #[arg(long)]
     pub(crate) json: bool,

@@ -12,12 +12,13 @@ use serde_json::Value;
 
 use crate::asset::{Asset, EncodedImage};
 use crate::error::{Error, Result};
+use crate::evaluate::instances::instances;
 use crate::evaluate::scene::{Alpha, Material, Scene, TextureRef};
 use crate::images::decode;
 use crate::limit::MemoryLimit;
 use crate::nodes::world_nodes;
 use crate::primitive::Primitive;
-use crate::textures::{TextureSlot, slots};
+use crate::textures::{TextureSlot, parse_or, slots};
 
 /// Decoded textures, kept so that assets which share an image decode it once.
 #[derive(Default)]
@@ -34,6 +35,9 @@ impl TextureCache {
     }
 
     fn mips(&mut self, image: &EncodedImage, role: Role, at: &str) -> Result<Arc<Mips>> {
+        if image.is_missing() {
+            return neutral(role).map(Arc::new);
+        }
         let is_color = role == Role::Color;
         let key = (Arc::as_ptr(&image.bytes).addr(), is_color);
         if let Some((_, mips)) = self.known.get(&key) {
@@ -48,6 +52,19 @@ impl TextureCache {
         self.known.insert(key, (image.clone(), mips.clone()));
         Ok(mips)
     }
+}
+
+/// Most vertices of a scene, about 10 GB: a few bytes are enough to show a mesh once more.
+const MOST_VERTICES: usize = 1 << 27;
+
+/// One texel that changes nothing: white, or the surface's own normal.
+fn neutral(role: Role) -> Result<Mips> {
+    let texel = match role {
+        Role::Normal => [128, 128, 255, 255],
+        Role::Color | Role::Data => [255; 4],
+    };
+    Mips::from_rgba8(1, 1, &texel, Encoding::Linear)
+        .map_err(|error| Error::Internal { what: error.to_string() })
 }
 
 /// Flattens the default scene of an asset to world space. A skinned mesh stands in its bind pose,
@@ -68,8 +85,11 @@ pub fn load(asset: &Asset, cache: &mut TextureCache) -> Result<Scene> {
         };
         let skinned = asset.reference(&at, "skin", "skins")?.is_some();
         let world = if skinned { DMat4::IDENTITY } else { world };
+        let instances = instances(asset, &at)?;
         for primitive in Primitive::of_mesh(asset, mesh)?.iter().filter(|p| p.is_surface()) {
-            add_primitive(asset, primitive, world, &mut scene)?;
+            for instance in &instances {
+                add_primitive(asset, primitive, world * instance, &mut scene)?;
+            }
         }
     }
     Ok(scene)
@@ -92,6 +112,10 @@ fn add_primitive(
     scene: &mut Scene,
 ) -> Result<()> {
     let soup = Soup::read(asset, primitive)?;
+    if scene.positions.len() + soup.positions.len() > MOST_VERTICES {
+        let what = format!("a scene of more than {MOST_VERTICES} vertices, with all instances");
+        return Err(Error::Unsupported { what });
+    }
     let material = primitive.material.unwrap_or(scene.materials.len() - 1);
     let tangents = soup.corner_tangents(&scene.materials[material])?;
     let mirrored = world.determinant() < 0.0;
@@ -221,14 +245,23 @@ fn load_material(asset: &Asset, material: usize, cache: &mut TextureCache) -> Re
         slot.map(|slot| texture_ref(asset, slot, cache)).transpose()
     };
     let pbr = &json.pbr_metallic_roughness;
+    // The older model's diffuse color is what it shows of a metalness of 0.
+    let older = "extensions/KHR_materials_pbrSpecularGlossiness";
+    let diffuse = asset.json.pointer(&format!("{at}/{older}"));
+    let diffuse_factor =
+        diffuse.map(|_| parse_or(asset, &format!("{at}/{older}/diffuseFactor"), [1.0; 4]));
+    let base_color = match diffuse_factor.transpose()? {
+        Some(factor) => (factor, texture(&format!("{older}/diffuseTexture"))?),
+        None => (pbr.base_color_factor.0, texture("pbrMetallicRoughness/baseColorTexture")?),
+    };
     let strength = asset
         .json
         .pointer(&format!("{at}/extensions/KHR_materials_emissive_strength/emissiveStrength"))
         .and_then(Value::as_f64);
     Ok(Material {
-        base_color: Vec4::from_array(pbr.base_color_factor.0),
-        base_color_texture: texture("pbrMetallicRoughness/baseColorTexture")?,
-        metallic: pbr.metallic_factor.0,
+        base_color: Vec4::from_array(base_color.0),
+        base_color_texture: base_color.1,
+        metallic: if diffuse.is_some() { 0.0 } else { pbr.metallic_factor.0 },
         roughness: pbr.roughness_factor.0,
         metallic_roughness_texture: texture("pbrMetallicRoughness/metallicRoughnessTexture")?,
         normal_texture: texture("normalTexture")?,
@@ -302,6 +335,42 @@ mod tests {
         let scene = scene(&json!({"mesh": 0, "scale": [-1, 1, 1]})).unwrap();
         let [a, b, c] = scene.triangles[0].map(|v| scene.positions[v as usize]);
         assert!((b - a).cross(c - a).dot(scene.normals[0]) > 0.0);
+    }
+
+    #[test]
+    fn each_instance_of_a_mesh_is_there() {
+        let mut asset = triangle(&json!({"mesh": 0, "extensions": {"EXT_mesh_gpu_instancing": {
+            "attributes": {"TRANSLATION": 1, "ROTATION": 2, "SCALE": 1},
+        }}}));
+        let half = std::f32::consts::FRAC_1_SQRT_2;
+        let values = [5.0, 6.0, 7.0, 2.0, 2.0, 2.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, half, half];
+        asset.buffers.push(values.iter().flat_map(|x: &f32| x.to_le_bytes()).collect());
+        for (view, start, length, kind) in [(1, 0, 24, "VEC3"), (2, 24, 32, "VEC4")] {
+            let own = json!({"buffer": 1, "byteOffset": start, "byteLength": length});
+            asset.json["bufferViews"].as_array_mut().unwrap().push(own);
+            let own = json!({"bufferView": view, "componentType": 5126, "count": 2, "type": kind});
+            asset.json["accessors"].as_array_mut().unwrap().push(own);
+        }
+        let scene = load(&asset, &mut TextureCache::default()).unwrap();
+        assert_eq!(scene.triangles.len(), 2);
+        assert_eq!(scene.positions[1], Vec3::new(10.0, 6.0, 8.0), "scaled by 5, moved by 5");
+        let turned = scene.positions[4];
+        assert!((turned - Vec3::new(2.0, 4.0, 3.0)).length() < 1e-5, "x becomes y: {turned}");
+        asset.json["accessors"][2]["count"] = json!(1);
+        assert!(load(&asset, &mut TextureCache::default()).is_err());
+    }
+
+    #[test]
+    fn a_specular_glossiness_material_shows_its_diffuse_color() {
+        let mut asset = triangle(&json!({"mesh": 0}));
+        asset.json["materials"] = json!([
+            {"pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 1]}, "extensions": {
+                "KHR_materials_pbrSpecularGlossiness": {"diffuseFactor": [0, 0.5, 1, 1]}}},
+            {"extensions": {"KHR_materials_pbrSpecularGlossiness": {}}},
+        ]);
+        let scene = load(&asset, &mut TextureCache::default()).unwrap();
+        assert_eq!(scene.materials[0].base_color, Vec4::new(0.0, 0.5, 1.0, 1.0));
+        assert_eq!((scene.materials[0].metallic, scene.materials[1].base_color), (0.0, Vec4::ONE));
     }
 
     #[test]

@@ -34,7 +34,7 @@ use crate::error::{Error, Result};
 use crate::images::{Encoding, detect_format};
 use crate::limit::MemoryLimit;
 use crate::metadata::png_widening;
-use crate::read::{folder_of, read_bytes};
+use crate::read::{ReadOptions, folder_of, read_bytes_with};
 use crate::write::{refuse_overwriting, to_glb, write_files};
 
 pub use report::{ImageReport, RepairReport};
@@ -250,7 +250,9 @@ impl Job<'_> {
             return Err(Error::Options { what: format!("{}: {what}", self.input.display()) });
         }
         let run = || {
-            let asset = read_bytes(bytes, folder_of(self.input))?;
+            let memory_limit = self.options.memory_limit;
+            let reading = ReadOptions { memory_limit, ..ReadOptions::default() };
+            let asset = read_bytes_with(bytes, folder_of(self.input), reading)?;
             let repairs = repair_all_with(&asset, self.options.for_atlases())?;
             let images = encode_repaired(&asset, &repairs, *encoding)?;
             let report = repairs.iter().map(|repair| {
@@ -296,8 +298,10 @@ fn asset_image(asset: &Asset, repair: &ImageRepair, options: &RepairOptions) -> 
 fn encoding_notes(before: &EncodedImage, encoding: Encoding) -> Vec<String> {
     let note = match before.format {
         asset::ImageFormat::Png => png_widening(&before.bytes),
-        asset::ImageFormat::Jpeg if encoding.png => Some("it becomes a PNG".to_owned()),
+        asset::ImageFormat::Ktx2 => Some("it becomes a PNG".to_owned()),
+        _ if encoding.png => Some("it becomes a PNG".to_owned()),
         asset::ImageFormat::Jpeg => Some(reencoded(encoding.quality)),
+        asset::ImageFormat::WebP => Some(LOSSLESSLY.to_owned()),
     };
     note.into_iter().collect()
 }
@@ -306,6 +310,9 @@ fn encoding_notes(before: &EncodedImage, encoding: Encoding) -> Vec<String> {
 fn padding_note(texels: usize) -> Option<String> {
     (texels > 0).then(|| format!("{texels} texels of its padding are kept"))
 }
+
+/// What is to be said about a WebP.
+const LOSSLESSLY: &str = "it is written losslessly";
 
 /// What is to be said about a JPEG.
 fn reencoded(quality: u8) -> String {

@@ -9,8 +9,8 @@ use std::path::Path;
 
 use image::{DynamicImage, ImageError, ImageFormat};
 
-use super::reencoded;
 use super::tiff_file::{self, Frame};
+use super::{LOSSLESSLY, reencoded};
 use crate::error::{Error, Result};
 use crate::images::{RGBE, detect_format, open, write};
 use crate::limit::MemoryLimit;
@@ -82,7 +82,7 @@ impl Picture {
                 return file.map(|file| (file, notes)).map_err(|error| error.to_string());
             }
             ImageFormat::Jpeg => notes.push(reencoded(quality)),
-            ImageFormat::WebP => notes.push("it is written losslessly".to_owned()),
+            ImageFormat::WebP => notes.push(LOSSLESSLY.to_owned()),
             _ => {}
         }
         let file = write(&self.texels, &self.metadata, format, quality);

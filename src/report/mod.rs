@@ -52,6 +52,9 @@ pub struct InputReport {
     pub wedges: usize,
     /// Triangles left out because two of their corners are one point.
     pub degenerate_triangles: usize,
+    /// Images whose files were not there, if that was put up with.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub missing_images: Vec<String>,
 }
 
 /// One level.

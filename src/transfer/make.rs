@@ -2,7 +2,7 @@
 
 use std::sync::atomic::AtomicUsize;
 
-use image::{ColorType, DynamicImage, ImageDecoder};
+use image::{ColorType, DynamicImage, GenericImageView, ImageDecoder};
 use rayon::prelude::*;
 use seamwise_attr::Mesh;
 use seamwise_texture::transfer::{Job, Output, Pair, Picture, Reading, Transferred, transfer};
@@ -82,9 +82,13 @@ pub(super) fn sheets<'a>(
 }
 
 fn header_size(image: &EncodedImage, index: usize, limit: MemoryLimit) -> Result<[usize; 2]> {
-    let decoder = open(&image.bytes, image.format.into(), limit)
-        .map_err(|error| Error::invalid(format!("/images/{index}"), error.to_string()))?;
-    let (width, height) = decoder.dimensions();
+    let at = format!("/images/{index}");
+    let (width, height) = match image.format.codec() {
+        Some(codec) => open(&image.bytes, codec, limit)
+            .map_err(|error| Error::invalid(at, error.to_string()))?
+            .dimensions(),
+        None => decode(image, &at, limit)?.dimensions(),
+    };
     Ok([width as usize, height as usize])
 }
 

@@ -5,7 +5,7 @@ use seamwise_attr::Mesh;
 use seamwise_texture::transfer::{Face, overlap};
 use seamwise_texture::{Role, Wrap};
 
-use crate::asset::Asset;
+use crate::asset::{Asset, EncodedImage};
 use crate::atlas::{main_role, material_slots, worn, worn_materials};
 use crate::error::Result;
 use crate::geometry::Geometry;
@@ -72,6 +72,9 @@ pub enum Shared {
     /// No material that a surface wears names it.
     #[error("no surface wears it")]
     NotWorn,
+    /// Its file is not there.
+    #[error("it is missing")]
+    Missing,
     /// No chart tells which texels those read.
     #[error("points or lines wear it")]
     BeyondCharts,
@@ -297,6 +300,7 @@ struct Used {
     /// One per entry of `charts`.
     readings: Vec<SourceReading>,
     is_worn: bool,
+    is_missing: bool,
     beyond_charts: bool,
     lacks_uvs: bool,
 }
@@ -340,6 +344,8 @@ impl Used {
     fn unfit(&self, is_tangled: impl Fn() -> bool) -> Option<Shared> {
         if !self.is_worn {
             Some(Shared::NotWorn)
+        } else if self.is_missing {
+            Some(Shared::Missing)
         } else if self.beyond_charts {
             Some(Shared::BeyondCharts)
         } else if self.lacks_uvs || self.charts.is_empty() {
@@ -371,7 +377,8 @@ impl Used {
 /// One per image: how it is used.
 fn uses(asset: &Asset, surfaces: &[Geometry]) -> Result<Vec<Used>> {
     let materials = material_slots(asset)?;
-    let mut uses = vec![Used::default(); asset.count("images")];
+    let used = |image: &EncodedImage| Used { is_missing: image.is_missing(), ..Used::default() };
+    let mut uses: Vec<Used> = asset.images.iter().map(used).collect();
     for mesh in 0..asset.count("meshes") {
         for primitive in Primitive::of_mesh(asset, mesh)?.iter().filter(|p| !p.is_surface()) {
             for slot in worn(asset, primitive, &materials)? {

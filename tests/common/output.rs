@@ -47,7 +47,24 @@ impl Output {
         let mut known = json.clone();
         let required = known.get_mut("extensionsRequired").and_then(Value::as_array_mut);
         if let Some(required) = required {
-            required.retain(|extension| extension != "KHR_mesh_quantization");
+            let beyond = [
+                "EXT_mesh_features",
+                "EXT_texture_webp",
+                "KHR_mesh_quantization",
+                "KHR_texture_basisu",
+            ];
+            required.retain(|extension| beyond.iter().all(|name| extension != name));
+        }
+        let textures = known.get_mut("textures").and_then(Value::as_array_mut);
+        for texture in textures.into_iter().flatten() {
+            let texture = texture.as_object_mut().expect("a texture");
+            let names = ["EXT_texture_webp", "KHR_texture_basisu"];
+            let source = names
+                .iter()
+                .find_map(|name| texture.get("extensions")?.get(name)?.get("source").cloned());
+            if let Some(source) = source {
+                texture.insert("source".to_owned(), source);
+            }
         }
         let known = super::build::glb(known.to_string().as_bytes(), &bin);
         let gltf = gltf::Gltf::from_slice(&known).unwrap_or_else(|e| panic!("{name}: {e:?}"));
