@@ -184,7 +184,11 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
         schema: 1,
         input: input_report(input, &asset, &geometries),
         screen: options.screen,
-        levels: level_reports(&geometries, &chains, &steering, options, measured.as_ref()),
+        levels: level_reports(&dressed, &chains, &steering, options, measured.as_ref()),
+        materials: match &plan {
+            Some(plan) => plan.fates(&asset)?,
+            None => Vec::new(),
+        },
         seconds: clock.seconds,
         peak_memory_bytes: peak_memory(),
     };
@@ -349,13 +353,14 @@ fn input_report(input: Input<'_>, asset: &Asset, geometries: &[Geometry]) -> Inp
 }
 
 fn level_reports(
-    geometries: &[Geometry],
+    dressed: &[DressedLevel<'_>],
     chains: &[Vec<Level>],
     steering: &[MeshSteering],
     options: &BakeOptions,
     measured: Option<&Measured>,
 ) -> Vec<LevelReport> {
-    let total = triangle_count(geometries);
+    let triangles = |mesh: &LevelMesh<'_>| mesh.geometry.welded.mesh.triangles.len();
+    let total = dressed.first().map_or(0, |level| level.meshes.iter().map(triangles).sum());
     let shares = options.targets.shares(total);
     let sizes = measured.map(|measured| options.screen.largest_sizes(&measured.metrics));
     let report = |(index, share): (usize, &f64)| {
@@ -372,6 +377,7 @@ fn level_reports(
                 .zip(steering)
                 .map(|(level, steering)| level.error * steering.stretch())
                 .fold(0.0, f64::max),
+            texture_bytes: dressed[index].textures.bytes(),
             reached: stopped.is_empty(),
             why: stopped.first().map(|stop| match chains.len() {
                 1 => stop.to_string(),

@@ -40,6 +40,12 @@ impl LevelTextures {
         let parts = surfaces.iter().map(plain).collect();
         Self { images: images.to_vec(), parts, ..Self::default() }
     }
+
+    /// Bytes of all images as files.
+    pub fn bytes(&self) -> usize {
+        let new = self.normals.iter().map(|normals| &normals.image);
+        self.images.iter().chain(new).map(|image| image.bytes.len()).sum()
+    }
 }
 
 /// A normal map for materials that have none.

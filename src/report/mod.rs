@@ -16,6 +16,7 @@ use crate::error::{Error, Result};
 use crate::evaluate::camera::{Camera, Rig};
 use crate::evaluate::scene::Mode;
 use crate::evaluate::{Metrics, ViewMetrics};
+use crate::transfer::MaterialTextures;
 use table::{COLUMNS, header, row};
 
 pub(crate) use table::align;
@@ -31,6 +32,9 @@ pub struct BakeReport {
     pub screen: Screen,
     /// What came out, the finest first.
     pub levels: Vec<LevelReport>,
+    /// What became of the textures of each material that has some, if levels have their own.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub materials: Vec<MaterialTextures>,
     /// Wall time of each stage.
     pub seconds: Seconds,
     /// Most memory that the process held at once; `None` where the system does not tell.
@@ -72,6 +76,8 @@ pub struct LevelReport {
     pub wedges: usize,
     /// Root of the largest area-weighted cost of a collapse, in the units of the file.
     pub error: f64,
+    /// Bytes of the images that it wears, as files.
+    pub texture_bytes: usize,
     /// Whether the target was reached.
     pub reached: bool,
     /// Why not, if it was not.
@@ -121,14 +127,14 @@ impl BakeReport {
         let mut rows = vec![header("level")];
         rows.extend(self.rows());
         let mut text = align(&rows);
-        for miss in self.misses() {
-            text += &format!("{miss}\n");
+        for line in self.misses().into_iter().chain(self.shared_textures()) {
+            text += &format!("{line}\n");
         }
         let s = &self.seconds;
         text += &format!(
             "read {:.2} s, weld {:.2} s, simplify {:.2} s, polish {:.2} s, repair {:.2} s, \
-             write {:.2} s, evaluate {:.2} s",
-            s.read, s.weld, s.simplify, s.polish, s.repair, s.write, s.evaluate
+             transfer {:.2} s, write {:.2} s, evaluate {:.2} s",
+            s.read, s.weld, s.simplify, s.polish, s.repair, s.transfer, s.write, s.evaluate
         );
         if let Some(bytes) = self.peak_memory_bytes {
             text += &format!("; peak memory {:.0} MB", bytes as f64 / 1e6);
@@ -155,6 +161,17 @@ impl BakeReport {
             Some(format!("level {} missed its {} triangles: {why}", index + 1, level.target))
         };
         self.levels.iter().enumerate().filter_map(miss).collect()
+    }
+
+    /// A line for each material with a texture that levels share, with the reason.
+    fn shared_textures(&self) -> Vec<String> {
+        let line = |own: &MaterialTextures| {
+            let why = own.textures.iter().find_map(|texture| texture.why.as_ref())?;
+            let number = own.material.to_string();
+            let name = own.name.as_ref().unwrap_or(&number);
+            Some(format!("material {name} shares textures with its source: {why}"))
+        };
+        self.materials.iter().filter_map(line).collect()
     }
 }
 

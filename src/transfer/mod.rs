@@ -8,6 +8,7 @@ mod make;
 mod plan;
 mod relay;
 mod sizes;
+mod uses;
 
 use std::sync::atomic::AtomicUsize;
 
@@ -27,7 +28,7 @@ use crate::progress::Progress;
 use crate::tangents::{mesh_tangents, source_tangents};
 use make::{Made, Sheet, Worn, sheets};
 pub(crate) use plan::Plan;
-pub use plan::{Atlas, Shared};
+pub use plan::{Atlas, Fate, MaterialTextures, Shared, TextureFate};
 use plan::{NewNormals, UvLayout};
 use relay::relay;
 pub use sizes::Sizes;

@@ -1,21 +1,18 @@
-//! Which images of an asset a transfer can make anew in their own layout, and which it must leave.
+//! Which images of an asset a transfer can make anew, where, and which it must leave.
 
 use glam::Affine2;
 use seamwise_attr::Mesh;
-use seamwise_texture::transfer::{Face, overlap};
+use seamwise_texture::transfer::Face;
 use seamwise_texture::{Role, Wrap};
+use serde::Serialize;
+use serde_json::Value;
 
-use crate::asset::{Asset, EncodedImage};
-use crate::atlas::{main_role, material_slots, worn, worn_materials};
+use super::uses::{Used, uses, worn_together};
+use crate::asset::Asset;
+use crate::atlas::{material_slots, worn_materials};
 use crate::error::Result;
 use crate::geometry::Geometry;
-use crate::primitive::Primitive;
 use crate::textures::TextureSlot;
-
-/// Texels of a side at which overlaps are looked for.
-const LOOK: usize = 512;
-/// More than this share of its covered texels at several places, and a layout is not to be told apart.
-const MOST_OVERLAP: f64 = 0.02;
 
 /// Triangles of a group as they read an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -122,7 +119,71 @@ pub(crate) struct Plan {
     pub(crate) shared: Vec<Option<Shared>>,
 }
 
+/// What becomes of the textures of a material.
+#[derive(Clone, Debug, Serialize)]
+pub struct MaterialTextures {
+    /// Its index.
+    pub material: usize,
+    /// Its name, if it has one.
+    pub name: Option<String>,
+    /// Its textures.
+    pub textures: Vec<TextureFate>,
+}
+
+/// What becomes of a texture.
+#[derive(Clone, Debug, Serialize)]
+pub struct TextureFate {
+    /// Its place in the material.
+    pub texture: String,
+    /// Its image.
+    pub image: usize,
+    /// Where each level's own texels lie.
+    pub fate: Fate,
+    /// Why it is shared, if it is.
+    pub why: Option<String>,
+}
+
+/// Where the texels of a level's texture lie.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Fate {
+    /// Where the source's are.
+    InPlace,
+    /// In a new atlas.
+    NewAtlas,
+    /// In the source's image, which all levels share.
+    Shared,
+}
+
 impl Plan {
+    /// What becomes of the textures of each material.
+    pub(crate) fn fates(&self, asset: &Asset) -> Result<Vec<MaterialTextures>> {
+        let fate = |slot: &TextureSlot| {
+            let is_own =
+                |layout: &&UvLayout| layout.images.iter().any(|own| own.image == slot.image);
+            match self.layouts.iter().find(is_own) {
+                Some(layout) if layout.is_new => Fate::NewAtlas,
+                Some(_) => Fate::InPlace,
+                None => Fate::Shared,
+            }
+        };
+        let materials = material_slots(asset)?.into_iter().enumerate();
+        let textures = materials.map(|(material, slots)| {
+            let at = format!("/materials/{material}");
+            let name = asset.json.pointer(&format!("{at}/name"));
+            let textures = slots.iter().map(|slot| TextureFate {
+                texture: slot.at.trim_start_matches(&at).trim_start_matches('/').to_owned(),
+                image: slot.image,
+                fate: fate(slot),
+                why: self.shared[slot.image].map(|why| why.to_string()),
+            });
+            let textures = textures.collect();
+            let name = name.and_then(Value::as_str).map(str::to_owned);
+            MaterialTextures { material, name, textures }
+        });
+        Ok(textures.filter(|own| !own.textures.is_empty()).collect())
+    }
+
     /// Looks at who wears which image where.
     pub(crate) fn new(asset: &Asset, surfaces: &[Geometry], atlas: Atlas) -> Result<Self> {
         let uses = uses(asset, surfaces)?;
@@ -269,133 +330,6 @@ impl Plan {
 
 fn no_sets(surfaces: &[Geometry]) -> Vec<Vec<Option<usize>>> {
     surfaces.iter().map(|surface| vec![None; surface.parts.len()]).collect()
-}
-
-/// Images in sets: two are in one if the same triangles wear both.
-fn worn_together(uses: &[Used]) -> Vec<Vec<usize>> {
-    type Set = (Vec<usize>, Vec<(usize, u32)>);
-    let mut sets: Vec<Set> = Vec::new();
-    for (image, used) in uses.iter().enumerate().filter(|(_, used)| !used.charts.is_empty()) {
-        let own: Vec<(usize, u32)> = used.charts.iter().map(|c| (c.surface, c.group)).collect();
-        let (with, apart): (Vec<_>, Vec<_>) =
-            sets.into_iter().partition(|(_, groups)| groups.iter().any(|g| own.contains(g)));
-        let (mut images, mut groups) = (vec![image], own);
-        for (other, more) in with {
-            images.extend(other);
-            groups.extend(more);
-        }
-        images.sort_unstable();
-        sets = apart;
-        sets.push((images, groups));
-    }
-    sets.into_iter().map(|(images, _)| images).collect()
-}
-
-/// How an image is used.
-#[derive(Clone, Debug, Default)]
-struct Used {
-    role: Role,
-    wrap: [Wrap; 2],
-    charts: Vec<Charts>,
-    /// One per entry of `charts`.
-    readings: Vec<SourceReading>,
-    is_worn: bool,
-    is_missing: bool,
-    beyond_charts: bool,
-    lacks_uvs: bool,
-}
-
-impl Used {
-    fn add(&mut self, slot: &TextureSlot) {
-        self.role = if self.is_worn { main_role(self.role, slot.role) } else { slot.role };
-        self.wrap = slot.wrap;
-        self.is_worn = true;
-    }
-
-    fn add_charts(&mut self, surface: usize, group: u32, slot: &TextureSlot, mesh: &Mesh) {
-        let charts = Charts { surface, group, uv_set: slot.uv_set, transform: slot.transform };
-        if slot.uv_set >= mesh.layout.uv_sets {
-            self.lacks_uvs = true;
-        } else if !self.charts.contains(&charts) {
-            let &TextureSlot { uv_set, transform, wrap, normal_scale, .. } = slot;
-            self.charts.push(charts);
-            self.readings.push(SourceReading { uv_set, transform, wrap, normal_scale });
-        }
-    }
-
-    /// Why it can't be made anew in its own layout.
-    fn shared(&self, surfaces: &[Geometry]) -> Option<Shared> {
-        self.unfit(|| false).or_else(|| {
-            let meshes: Vec<&Mesh> = surfaces.iter().map(|surface| &surface.welded.mesh).collect();
-            let faces = faces(&self.charts, &meshes);
-            let spans = |face: &Face| {
-                let [a, b, c] = face.uvs;
-                (a.max(b).max(c) - a.min(b).min(c)).max_element() > 1.0
-            };
-            if faces.iter().any(spans) {
-                return Some(Shared::Tiling);
-            }
-            let share = overlap(&faces, [LOOK; 2], self.wrap);
-            (share > MOST_OVERLAP).then_some(Shared::Overlap(share))
-        })
-    }
-
-    /// Why it can't be made anew in any layout.
-    fn unfit(&self, is_tangled: impl Fn() -> bool) -> Option<Shared> {
-        if !self.is_worn {
-            Some(Shared::NotWorn)
-        } else if self.is_missing {
-            Some(Shared::Missing)
-        } else if self.beyond_charts {
-            Some(Shared::BeyondCharts)
-        } else if self.lacks_uvs || self.charts.is_empty() {
-            Some(Shared::NoCharts)
-        } else if is_tangled() {
-            Some(Shared::Tangled)
-        } else {
-            None
-        }
-    }
-
-    /// Whether triangles read it in several ways.
-    fn is_tangled(&self) -> bool {
-        let mut groups: Vec<_> = self.charts.iter().map(|c| (c.surface, c.group)).collect();
-        groups.sort_unstable();
-        groups.windows(2).any(|pair| pair[0] == pair[1])
-    }
-
-    /// The image in a new layout of groups.
-    fn image_use(&self, image: usize, groups: &[(usize, u32)]) -> ImageUse {
-        let reading = |&(surface, group): &(usize, u32)| {
-            let own = self.charts.iter().position(|c| (c.surface, c.group) == (surface, group));
-            own.map(|at| self.readings[at])
-        };
-        ImageUse { image, role: self.role, readings: groups.iter().map(reading).collect() }
-    }
-}
-
-/// One per image: how it is used.
-fn uses(asset: &Asset, surfaces: &[Geometry]) -> Result<Vec<Used>> {
-    let materials = material_slots(asset)?;
-    let used = |image: &EncodedImage| Used { is_missing: image.is_missing(), ..Used::default() };
-    let mut uses: Vec<Used> = asset.images.iter().map(used).collect();
-    for mesh in 0..asset.count("meshes") {
-        for primitive in Primitive::of_mesh(asset, mesh)?.iter().filter(|p| !p.is_surface()) {
-            for slot in worn(asset, primitive, &materials)? {
-                uses[slot.image].add(slot);
-                uses[slot.image].beyond_charts = true;
-            }
-        }
-    }
-    for (index, surface) in surfaces.iter().enumerate() {
-        for (group, part) in (0..).zip(&surface.parts) {
-            for slot in worn(asset, &part.primitive, &materials)? {
-                uses[slot.image].add(slot);
-                uses[slot.image].add_charts(index, group, slot, &surface.welded.mesh);
-            }
-        }
-    }
-    Ok(uses)
 }
 
 /// The triangles of charts, those of each surface in `meshes`; a reading is an index of `charts`.
