@@ -1,4 +1,4 @@
-//! Extensions that go, since nothing uses them any more.
+//! Extensions that come and go with what uses them.
 
 use serde_json::Value;
 
@@ -11,6 +11,17 @@ pub(crate) fn remove_extension(json: &mut Value, name: &str) -> Option<Value> {
         object.shift_remove("extensions");
     }
     removed
+}
+
+/// Lists an extension among those used and required.
+pub(crate) fn require_extension(json: &mut Value, name: &str) {
+    for key in ["extensionsUsed", "extensionsRequired"] {
+        match json[key].as_array_mut() {
+            Some(list) if list.iter().any(|own| own == name) => {}
+            Some(list) => list.push(name.into()),
+            None => json[key] = [name].into_iter().collect(),
+        }
+    }
 }
 
 /// Takes an extension that no object has from the lists of those used and required.

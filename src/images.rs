@@ -108,7 +108,11 @@ pub(crate) fn encode_anew(
     encode_with(image, &metadata, format, encoding)
 }
 
-fn encode_with(
+/// Encodes an image with what else its file is to hold.
+///
+/// # Errors
+/// [`Error::Internal`] if the encoder can't take such texels.
+pub(crate) fn encode_with(
     image: &DynamicImage,
     metadata: &Metadata,
     format: ImageFormat,

@@ -8,7 +8,7 @@ use seamwise_texture::{Role, Wrap};
 
 use crate::asset::{Asset, EncodedImage};
 use crate::error::{Error, Result};
-use crate::extensions::{drop_unused_extension, remove_extension};
+use crate::extensions::{drop_unused_extension, remove_extension, require_extension};
 
 /// A texture as a material uses it.
 #[derive(Clone, Debug, PartialEq)]
@@ -103,7 +103,8 @@ fn sources(asset: &Asset, texture: &str) -> Result<Vec<usize>> {
 }
 
 /// Makes textures name their images as the images' formats ask: where an image that an extension
-/// names has become one of the core's, it moves to the core's key, and the extension goes.
+/// names has become one of the core's, it moves to the core's key, and the extension goes; where one
+/// of the core's needs an extension by now, it moves there.
 pub(crate) fn match_formats(json: &mut Value, images: &[EncodedImage]) {
     let textures = json.get_mut("textures").and_then(Value::as_array_mut);
     for texture in textures.into_iter().flatten() {
@@ -119,6 +120,21 @@ pub(crate) fn match_formats(json: &mut Value, images: &[EncodedImage]) {
                 remove_extension(texture, name);
             }
         }
+    }
+    let textures = json.get_mut("textures").and_then(Value::as_array_mut);
+    let mut gained = Vec::new();
+    for texture in textures.into_iter().flatten() {
+        let source = texture.get("source").and_then(Value::as_u64);
+        let image = source.and_then(|index| images.get(index as usize));
+        let name = image.filter(|own| !own.is_missing()).and_then(|own| own.format.extension());
+        if let (Some(source), Some(name)) = (source, name) {
+            texture.as_object_mut().map(|texture| texture.shift_remove("source"));
+            texture["extensions"][name] = serde_json::json!({"source": source});
+            gained.push(name);
+        }
+    }
+    for name in gained {
+        require_extension(json, name);
     }
     for name in SOURCES {
         drop_unused_extension(json, name);

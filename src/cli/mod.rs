@@ -2,10 +2,11 @@
 
 mod repair;
 mod steering;
+mod textures;
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, Parser, Subcommand};
 
 use repair::FootprintArgs;
 pub(crate) use repair::RepairArgs;
@@ -14,11 +15,11 @@ use seamwise::error::Result;
 use seamwise::evaluate;
 use seamwise::evaluate::scene::Mode;
 use seamwise::limit::MemoryLimit;
-use seamwise::options::{BakeOptions, ReportOptions, Targets, Textures};
+use seamwise::options::{BakeOptions, ReportOptions, Targets};
 use seamwise::read::ReadOptions;
-use seamwise::transfer::{Atlas, BakeNormals, Sizes, TransferOptions};
 use seamwise_attr::Polish;
 use steering::SteeringArgs;
+use textures::TextureArgs;
 
 /// Levels of detail for textured glTF that still look like the original, and atlases that do not
 /// bleed.
@@ -89,23 +90,8 @@ pub(crate) struct BakeArgs {
     /// Polish once over fewer samples: half of its time for a few percent of likeness.
     #[arg(long, conflicts_with = "no_polish")]
     fast: bool,
-    /// What becomes of the textures.
-    #[arg(long, value_enum, default_value_t = TextureMode::Repair)]
-    textures: TextureMode,
-    /// With transfer: where the levels' textures are laid out.
-    #[arg(long, value_enum, default_value_t = AtlasMode::Keep)]
-    atlas: AtlasMode,
-    /// With transfer: the side of each level's textures over those of the level before, above 0 and
-    /// up to 1. Without it they are as large as it takes where the level is shown.
-    #[arg(long, value_name = "S", value_parser = parse_scale)]
-    texture_scale: Option<f64>,
-    /// With transfer: most bytes that the textures of all levels take together, as 8MB or 500KiB.
-    #[arg(long, value_name = "SIZE", conflicts_with = "texture_scale")]
-    budget: Option<MemoryLimit>,
-    /// With transfer: whether lit materials without a normal map gain one, with the shape that the
-    /// level has lost.
-    #[arg(long, value_enum, default_value_t = NormalMode::Auto)]
-    bake_normals: NormalMode,
+    #[command(flatten)]
+    textures: TextureArgs,
     /// Do not measure the levels.
     #[arg(long)]
     no_evaluate: bool,
@@ -159,65 +145,10 @@ fn parse_tolerance(text: &str) -> std::result::Result<f64, String> {
     tolerance.filter(|t| t.is_finite()).ok_or_else(|| format!("{text} is no number above 0"))
 }
 
-/// Reads a share above 0 and up to 1.
-fn parse_scale(text: &str) -> std::result::Result<f64, String> {
-    let scale = text.parse().ok().filter(|scale: &f64| *scale > 0.0 && *scale <= 1.0);
-    scale.ok_or_else(|| format!("{text} is no number above 0 and up to 1"))
-}
-
-/// `--textures`.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub(crate) enum TextureMode {
-    /// Each level has its own, sampled from the surface of the source.
-    Transfer,
-    /// All levels share the source's, with every texel that no chart covers filled.
-    Repair,
-    /// All levels share the source's as they are.
-    Keep,
-}
-
-/// `--atlas`.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub(crate) enum AtlasMode {
-    /// Where the source's are; those whose layout tiles or overlaps stay shared.
-    Keep,
-    /// In a packed atlas of their own for each level.
-    New,
-}
-
-/// `--bake-normals`.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub(crate) enum NormalMode {
-    /// Where the shading normals of a level are off by more than a degree.
-    Auto,
-    /// On every lit material.
-    On,
-    /// Nowhere.
-    Off,
-}
-
-impl From<NormalMode> for BakeNormals {
-    fn from(mode: NormalMode) -> Self {
-        match mode {
-            NormalMode::Auto => Self::Auto,
-            NormalMode::On => Self::On,
-            NormalMode::Off => Self::Off,
-        }
-    }
-}
-
 impl BakeArgs {
     fn polish(&self) -> Option<Polish> {
         let polish = if self.fast { Polish::FAST } else { Polish::default() };
         (!self.no_polish).then_some(polish)
-    }
-
-    fn sizes(&self) -> Sizes {
-        match (self.texture_scale, self.budget) {
-            (Some(scale), _) => Sizes::Scale(scale),
-            (_, Some(budget)) => Sizes::Budget(budget.bytes()),
-            _ => Sizes::Needed,
-        }
     }
 
     /// What these arguments mean.
@@ -237,18 +168,7 @@ impl BakeArgs {
             },
             steering: self.steering.resolve()?,
             polish: self.polish(),
-            textures: match self.textures {
-                TextureMode::Transfer => Textures::Transfer(TransferOptions {
-                    atlas: match self.atlas {
-                        AtlasMode::Keep => Atlas::Keep,
-                        AtlasMode::New => Atlas::New,
-                    },
-                    sizes: self.sizes(),
-                    bake_normals: self.bake_normals.into(),
-                }),
-                TextureMode::Repair => Textures::Repair,
-                TextureMode::Keep => Textures::Keep,
-            },
+            textures: self.textures.resolve()?,
             evaluate: (!self.no_evaluate).then(evaluate::Options::default),
             screen,
             report: self.report.then_some(ReportOptions { threads: self.threads_report }),

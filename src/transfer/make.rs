@@ -9,11 +9,12 @@ use seamwise_texture::transfer::{Job, Output, Pair, Picture, Reading, Transferre
 use seamwise_texture::{Role, Validity, repair};
 
 use super::plan::{Charts, ImageUse, NewNormals, SourceReading, UvLayout, faces};
+use super::store::store;
 use super::{BakeNormals, Origin, Plan, TransferOptions};
-use crate::asset::{EncodedImage, ImageFormat};
+use crate::asset::EncodedImage;
 use crate::dress::NormalMap;
 use crate::error::{Error, Result};
-use crate::images::{Encoding, decode, encode, encode_anew, open};
+use crate::images::{decode, open};
 use crate::limit::MemoryLimit;
 
 /// Levels gain a normal map for a loss of shading from this RMS angle on, in degrees.
@@ -140,14 +141,15 @@ impl Sheet<'_> {
         };
         let filled = images.into_par_iter().zip(outputs).map(fill).collect::<Result<Vec<_>>>()?;
         let (old, new) = filled.split_at(self.images.len());
+        let format = (options.format, options.quality);
         let finish = |(own, image): (&&ImageUse, &DynamicImage)| {
             let before = &origin.asset.images[own.image];
-            Ok((own.image, encode_anew(image, before, Encoding::default())?))
+            Ok((own.image, store(image, own.role, Some(before), format)?))
         };
         let is_lost = options.bake_normals == BakeNormals::On || normal_degrees_rms >= LOST;
         let gain = |(normals, image): (&&NewNormals, &DynamicImage)| {
             let (materials, like) = (normals.materials.clone(), normals.like.clone());
-            Ok(NormalMap { image: encode(image, ImageFormat::Png)?, materials, like })
+            Ok(NormalMap { image: store(image, Role::Normal, None, format)?, materials, like })
         };
         Ok(Made {
             size,

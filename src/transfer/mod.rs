@@ -8,6 +8,7 @@ mod make;
 mod plan;
 mod relay;
 mod sizes;
+mod store;
 mod uses;
 
 use std::sync::atomic::AtomicUsize;
@@ -23,6 +24,7 @@ use crate::certificate::Screen;
 use crate::dress::LevelTextures;
 use crate::error::{Error, Result};
 use crate::geometry::Geometry;
+use crate::images::Encoding;
 use crate::limit::MemoryLimit;
 use crate::progress::Progress;
 use crate::tangents::{mesh_tangents, source_tangents};
@@ -33,6 +35,7 @@ use plan::{NewNormals, UvLayout};
 use relay::relay;
 pub use sizes::Sizes;
 use sizes::{Share, Yardstick, fit, halved};
+pub use store::TextureFormat;
 
 /// A ray looks for the source this many times the RMS distance of the level away.
 const CAGE: f32 = 6.0;
@@ -53,7 +56,7 @@ pub enum BakeNormals {
 }
 
 /// How textures are made anew.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TransferOptions {
     /// Where they are laid out.
     pub atlas: Atlas,
@@ -61,6 +64,23 @@ pub struct TransferOptions {
     pub sizes: Sizes,
     /// Whether levels gain normal maps.
     pub bake_normals: BakeNormals,
+    /// How they are stored.
+    pub format: TextureFormat,
+    /// Quality of JPEGs, 1…100.
+    pub quality: u8,
+}
+
+impl Default for TransferOptions {
+    /// As large as needed, where the source's are and in its formats.
+    fn default() -> Self {
+        Self {
+            atlas: Atlas::default(),
+            sizes: Sizes::default(),
+            bake_normals: BakeNormals::default(),
+            format: TextureFormat::default(),
+            quality: Encoding::default().quality,
+        }
+    }
 }
 
 /// What textures are made from.

@@ -1,0 +1,150 @@
+//! What the user typed about the textures of levels.
+
+use clap::{Args, ValueEnum};
+
+use seamwise::error::{Error, Result};
+use seamwise::limit::MemoryLimit;
+use seamwise::options::Textures;
+use seamwise::transfer::{Atlas, BakeNormals, Sizes, TextureFormat, TransferOptions};
+
+/// What becomes of the textures. All but the first are of a transfer.
+#[derive(Debug, Args)]
+pub(super) struct TextureArgs {
+    /// What becomes of the textures.
+    #[arg(long, value_enum, default_value_t = TextureMode::Repair)]
+    textures: TextureMode,
+    /// With transfer, where the levels' textures are laid out; keep if not given.
+    #[arg(long, value_enum)]
+    atlas: Option<AtlasMode>,
+    /// With transfer, the side of each level's textures over those of the level before, above 0 and
+    /// up to 1. Without it they are as large as it takes where the level is shown.
+    #[arg(long, value_name = "S", value_parser = parse_scale)]
+    texture_scale: Option<f64>,
+    /// With transfer, most bytes that the textures of all levels take together, as 8MB or 500KiB.
+    #[arg(long, value_name = "SIZE", conflicts_with = "texture_scale")]
+    budget: Option<MemoryLimit>,
+    /// With transfer, the file format of the levels' textures; keep if not given.
+    #[arg(long, value_enum)]
+    texture_format: Option<FormatMode>,
+    /// With transfer, quality of JPEGs; 95 if not given.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=100))]
+    quality: Option<u8>,
+    /// With transfer, whether lit materials without a normal map gain one, with the shape that the
+    /// level has lost; auto if not given.
+    #[arg(long, value_enum)]
+    bake_normals: Option<NormalMode>,
+}
+
+/// Reads a share above 0 and up to 1.
+fn parse_scale(text: &str) -> std::result::Result<f64, String> {
+    let scale = text.parse().ok().filter(|scale: &f64| *scale > 0.0 && *scale <= 1.0);
+    scale.ok_or_else(|| format!("{text} is no number above 0 and up to 1"))
+}
+
+/// `--textures`.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum TextureMode {
+    /// Each level has its own, sampled from the surface of the source.
+    Transfer,
+    /// All levels share the source's, with every texel that no chart covers filled.
+    Repair,
+    /// All levels share the source's as they are.
+    Keep,
+}
+
+/// `--atlas`.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum AtlasMode {
+    /// Where the source's are; those whose layout tiles or overlaps stay shared.
+    Keep,
+    /// In a packed atlas of their own for each level.
+    New,
+}
+
+/// `--texture-format`.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum FormatMode {
+    /// As the source's.
+    Keep,
+    /// Lossless.
+    Png,
+    /// Opaque colors as JPEG, all else as PNG.
+    Jpeg,
+    /// Lossless and smaller; readers must know EXT_texture_webp.
+    Webp,
+}
+
+impl From<FormatMode> for TextureFormat {
+    fn from(mode: FormatMode) -> Self {
+        match mode {
+            FormatMode::Keep => Self::Keep,
+            FormatMode::Png => Self::Png,
+            FormatMode::Jpeg => Self::Jpeg,
+            FormatMode::Webp => Self::WebP,
+        }
+    }
+}
+
+/// `--bake-normals`.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum NormalMode {
+    /// Where the shading normals of a level are off by more than a degree.
+    Auto,
+    /// On every lit material.
+    On,
+    /// Nowhere.
+    Off,
+}
+
+impl From<NormalMode> for BakeNormals {
+    fn from(mode: NormalMode) -> Self {
+        match mode {
+            NormalMode::Auto => Self::Auto,
+            NormalMode::On => Self::On,
+            NormalMode::Off => Self::Off,
+        }
+    }
+}
+
+impl TextureArgs {
+    /// What these arguments mean.
+    pub(super) fn resolve(&self) -> Result<Textures> {
+        let textures = match self.textures {
+            TextureMode::Transfer => return Ok(Textures::Transfer(self.transfer())),
+            TextureMode::Repair => Textures::Repair,
+            TextureMode::Keep => Textures::Keep,
+        };
+        let given = [
+            ("--atlas", self.atlas.is_some()),
+            ("--texture-scale", self.texture_scale.is_some()),
+            ("--budget", self.budget.is_some()),
+            ("--texture-format", self.texture_format.is_some()),
+            ("--quality", self.quality.is_some()),
+            ("--bake-normals", self.bake_normals.is_some()),
+        ];
+        match given.iter().find(|(_, is_given)| *is_given) {
+            None => Ok(textures),
+            Some((name, _)) => {
+                Err(Error::Options { what: format!("{name} needs --textures transfer") })
+            }
+        }
+    }
+
+    fn transfer(&self) -> TransferOptions {
+        let default = TransferOptions::default();
+        TransferOptions {
+            atlas: match self.atlas {
+                Some(AtlasMode::New) => Atlas::New,
+                Some(AtlasMode::Keep) | None => Atlas::Keep,
+            },
+            sizes: match (self.texture_scale, self.budget) {
+                (Some(scale), _) => Sizes::Scale(scale),
+                (_, Some(budget)) => Sizes::Budget(budget.bytes()),
+                _ => Sizes::Needed,
+            },
+            bake_normals: self.bake_normals.map_or(default.bake_normals, BakeNormals::from),
+            format: self.texture_format.map_or(default.format, TextureFormat::from),
+            quality: self.quality.unwrap_or(default.quality),
+        }
+    }
+}
