@@ -7,16 +7,16 @@
 mod make;
 mod plan;
 mod relay;
+mod sides;
 mod sizes;
 mod store;
 mod uses;
 
 use std::sync::atomic::AtomicUsize;
 
-use glam::Vec4;
 use rayon::prelude::*;
 use seamwise_attr::{Level, Mesh};
-use seamwise_texture::transfer::{Pair, Side, Source};
+use seamwise_texture::transfer::{Pair, Source};
 
 use crate::asset::{Asset, EncodedImage};
 use crate::atlas::{ImageRepair, worn_materials};
@@ -27,12 +27,12 @@ use crate::geometry::Geometry;
 use crate::images::Encoding;
 use crate::limit::MemoryLimit;
 use crate::progress::Progress;
-use crate::tangents::{mesh_tangents, source_tangents};
 use make::{Made, Sheet, Worn, sheets};
 pub(crate) use plan::Plan;
 pub use plan::{Atlas, Fate, MaterialTextures, Shared, TextureFate};
 use plan::{NewNormals, UvLayout};
 use relay::relay;
+use sides::{Tags, level_tags, source_tags, sources};
 pub use sizes::Sizes;
 use sizes::{Share, Yardstick, fit, halved};
 pub use store::TextureFormat;
@@ -110,12 +110,8 @@ pub(crate) fn transfer_all(
     progress: &Progress,
 ) -> Result<(Vec<LevelTextures>, Option<Chains>)> {
     let Origin { asset, surfaces, .. } = *origin;
-    let tangents = source_tangents_of(asset, surfaces, &plan.source_sets(surfaces))?;
-    let sources: Vec<Source<'_>> = surfaces
-        .par_iter()
-        .zip(&tangents)
-        .map(|(surface, tangents)| Source::new(Side { mesh: &surface.welded.mesh, tangents }))
-        .collect();
+    let tags = source_tags(asset, surfaces, &plan.source_sets(surfaces))?;
+    let sources = sources(surfaces, &tags);
     let meshes = meshes_by_level(chains);
     let distances: Vec<Vec<f32>> = meshes.iter().map(|level| distances(&sources, level)).collect();
     let yardstick = Yardstick::new(asset, surfaces, &distances, &origin.screen)?;
@@ -124,12 +120,16 @@ pub(crate) fn transfer_all(
     let relaid = relay_all(&sheets, &mut sizes, chains, &yardstick)?;
     let worn = meshes_by_level(relaid.as_deref().unwrap_or(chains));
     let sets = plan.level_sets(surfaces, |_| options.bake_normals != BakeNormals::Off);
-    let tangents: Vec<Vec<Tangents>> =
-        worn.iter().map(|meshes| level_tangents(meshes, &sets)).collect::<Result<_>>()?;
+    let tags: Vec<Vec<Tags>> = (0..worn.len())
+        .map(|level| {
+            let levels: Vec<&Level> = chains.iter().map(|chain| &chain[level]).collect();
+            level_tags(surfaces, &levels, &worn[level], &sets)
+        })
+        .collect::<Result<_>>()?;
     let levels = (0..worn.len())
         .map(|level| Worn {
             meshes: worn[level].clone(),
-            pairs: pairs(&sources, &meshes[level], &tangents[level], &distances[level]),
+            pairs: pairs(&sources, &meshes[level], &tags[level], &distances[level]),
         })
         .collect();
     let stage = Stage { origin, yardstick, sheets, levels, options, progress };
@@ -141,23 +141,19 @@ pub(crate) fn transfer_all(
 fn pairs<'a>(
     sources: &'a [Source<'a>],
     meshes: &[&'a Mesh],
-    tangents: &'a [Tangents],
+    tags: &'a [Tags],
     distances: &[f32],
 ) -> Vec<Pair<'a>> {
-    let surfaces = sources.iter().zip(meshes).zip(tangents).zip(distances);
+    let surfaces = sources.iter().zip(meshes).zip(tags).zip(distances);
     surfaces
-        .map(|(((source, &mesh), tangents), distance)| Pair {
+        .map(|(((source, &mesh), tags), distance)| Pair {
             source,
-            level: Side { mesh, tangents },
+            level: tags.side(mesh),
             cage: CAGE * distance,
         })
         .collect()
 }
 
-/// One triple per triangle.
-type Tangents = Vec<[Vec4; 3]>;
-/// One per part: the UV set of its normal map.
-type Sets = Vec<Option<usize>>;
 /// Width and height of the images of each sheet, level by level.
 type SheetSizes = Vec<Vec<[usize; 2]>>;
 
@@ -166,19 +162,6 @@ fn meshes_by_level(chains: &[Vec<Level>]) -> Vec<Vec<&Mesh>> {
     let count = chains.first().map_or(0, Vec::len);
     let of = |level: usize| chains.iter().map(|chain| &chain[level].mesh).collect();
     (0..count).map(of).collect()
-}
-
-fn source_tangents_of(
-    asset: &Asset,
-    surfaces: &[Geometry],
-    sets: &[Sets],
-) -> Result<Vec<Tangents>> {
-    let of = |(surface, sets): (&Geometry, &Sets)| source_tangents(asset, surface, sets);
-    surfaces.par_iter().zip(sets).map(of).collect()
-}
-
-fn level_tangents(meshes: &[&Mesh], sets: &[Sets]) -> Result<Vec<Tangents>> {
-    meshes.par_iter().zip(sets).map(|(mesh, sets)| mesh_tangents(mesh, sets)).collect()
 }
 
 /// RMS distance of each surface of a level.

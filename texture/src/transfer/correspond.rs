@@ -4,7 +4,9 @@
 //! sees there; the nearer hit of the two counts. A ray that finds nothing, beyond a silhouette or
 //! in a fold, leaves it to the nearest point. Neither may land on the wrong sheet: only triangles
 //! of the same group are looked at, and first only those that face the same way. So the inside of a
-//! cup never takes the picture of its outside, however thin its wall is.
+//! cup never takes the picture of its outside, however thin its wall is. Of those the ones of the
+//! chart that the level's triangle comes from go before all others, so that no picture of the other
+//! side of a seam gets into the rim of a chart, where mip maps would spread it.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -46,23 +48,45 @@ impl<'a> Source<'a> {
         f32::max(rms(probes(level), &self.surface), rms(probes(own), &there))
     }
 
-    /// The place that belongs to a point of a level that faces along `normal` and is of `group`.
-    /// None if the group has no triangle. A ray looks no farther than `cage`.
-    pub(super) fn find(&self, p: Vec3, normal: Vec3, group: u32, cage: f32) -> Option<Spot> {
+    /// The place that belongs to a point of a level that faces along `normal`, of a triangle of this
+    /// group and chart. None if the group has no triangle. A ray looks no farther than `cage`, nor for
+    /// a place of the same chart.
+    pub(super) fn find(
+        &self,
+        p: Vec3,
+        normal: Vec3,
+        (group, chart): (u32, u32),
+        cage: f32,
+    ) -> Option<Spot> {
         let is_own = |triangle: TriangleId| self.side.mesh.groups[triangle] == group;
         let faces = |triangle: TriangleId| {
             is_own(triangle) && self.face_normals[triangle].dot(normal) > SAME_SIDE
         };
-        let ray = |way: Vec3| self.surface.first_hit_where(p, way, cage, faces);
+        let in_chart =
+            |triangle: TriangleId| self.side.charts[triangle] == chart && faces(triangle);
+        let nearest = |most: f32, accept: &dyn Fn(TriangleId) -> bool| {
+            let near = self.surface.closest_point_where(p, most, accept)?;
+            Some(Spot { triangle: near.triangle.index(), barycentrics: near.barycentrics })
+        };
+        self.hit(p, normal, cage, &in_chart)
+            .or_else(|| nearest(cage, &in_chart))
+            .or_else(|| self.hit(p, normal, cage, &faces))
+            .or_else(|| nearest(f32::INFINITY, &faces))
+            .or_else(|| nearest(f32::INFINITY, &is_own))
+    }
+
+    /// The nearer of the first hits along a normal and against it.
+    fn hit(
+        &self,
+        p: Vec3,
+        normal: Vec3,
+        cage: f32,
+        accept: &dyn Fn(TriangleId) -> bool,
+    ) -> Option<Spot> {
+        let ray = |way: Vec3| self.surface.first_hit_where(p, way, cage, accept);
         let hits = [ray(normal), ray(-normal)].into_iter().flatten();
-        if let Some(hit) = hits.min_by(|a, b| a.distance.total_cmp(&b.distance)) {
-            return Some(Spot { triangle: hit.triangle.index(), barycentrics: hit.barycentrics });
-        }
-        let nearest = self.surface.closest_point_where(p, f32::INFINITY, faces);
-        let nearest =
-            nearest.or_else(|| self.surface.closest_point_where(p, f32::INFINITY, is_own))?;
-        let (triangle, barycentrics) = (nearest.triangle.index(), nearest.barycentrics);
-        Some(Spot { triangle, barycentrics })
+        let hit = hits.min_by(|a, b| a.distance.total_cmp(&b.distance))?;
+        Some(Spot { triangle: hit.triangle.index(), barycentrics: hit.barycentrics })
     }
 }
 
@@ -106,7 +130,7 @@ mod tests {
     }
 
     fn source(mesh: &Mesh) -> Source<'_> {
-        Source::new(Side { mesh, tangents: &[] })
+        Source::new(Side { mesh, tangents: &[], charts: &[0; 4] })
     }
 
     fn height(mesh: &Mesh, spot: Spot) -> f32 {
@@ -120,7 +144,7 @@ mod tests {
         let source = source(&mesh);
         let found = |z: f32, cage| {
             let p = Vec3::new(0.3, 0.6, z);
-            height(&mesh, source.find(p, Vec3::Z, 0, cage).unwrap())
+            height(&mesh, source.find(p, Vec3::Z, (0, 0), cage).unwrap())
         };
         assert_eq!([found(0.2, 1.0), found(0.4, 1.0), found(0.4, 0.01)], [0.1, 0.5, 0.5]);
     }
@@ -131,11 +155,24 @@ mod tests {
         mesh.groups.fill(0);
         let source = source(&mesh);
         let p = Vec3::new(0.3, 0.6, 0.209);
-        let found = |normal: Vec3| height(&mesh, source.find(p, normal, 0, 1.0).unwrap());
+        let found = |normal: Vec3| height(&mesh, source.find(p, normal, (0, 0), 1.0).unwrap());
         assert_eq!([found(Vec3::Z), found(Vec3::NEG_Z)], [0.2, 0.21]);
         // Where nothing faces the same way, any place of the group is better than none.
-        assert!(source.find(p, Vec3::X, 0, 1.0).is_some());
-        assert!(source.find(p, Vec3::Z, 1, 1.0).is_none());
+        assert!(source.find(p, Vec3::X, (0, 0), 1.0).is_some());
+        assert!(source.find(p, Vec3::Z, (1, 0), 1.0).is_none());
+    }
+
+    #[test]
+    fn the_own_chart_answers_within_the_cage_though_another_is_nearer() {
+        let mut mesh = squares(&[0.1, 0.3]);
+        mesh.groups.fill(0);
+        let charts = [0, 0, 1, 1];
+        let source = Source::new(Side { mesh: &mesh, tangents: &[], charts: &charts });
+        let found = |chart, cage| {
+            let p = Vec3::new(0.3, 0.6, 0.15);
+            height(&mesh, source.find(p, Vec3::Z, (0, chart), cage).unwrap())
+        };
+        assert_eq!([found(0, 1.0), found(1, 1.0), found(1, 0.1)], [0.1, 0.3, 0.1]);
     }
 
     #[test]

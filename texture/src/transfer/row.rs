@@ -73,10 +73,10 @@ impl Caster<'_> {
         let spot = |barycentrics| Spot { triangle: face.triangle as usize, barycentrics };
         let [own, beyond] = place_in(face.uvs, at, self.fine, job.wrap).map(spot);
         let smooth = pair.level.smooth_normal(own);
-        let group = pair.level.mesh.groups[own.triangle];
+        let origin = (pair.level.mesh.groups[own.triangle], pair.level.charts[own.triangle]);
         let unit = smooth.normalize_or_zero();
         let place = pair.level.position(own);
-        let Some(there) = pair.source.find(place, unit, group, pair.cage) else { return };
+        let Some(there) = pair.source.find(place, unit, origin, pair.cage) else { return };
         let uvs = [own, beyond].map(|spot| face.uv(spot.barycentrics));
         let step = if job.is_in_place { uvs[1] - uvs[0] } else { Vec2::ZERO };
         let outputs = job.outputs.iter().zip(sums).enumerate();

@@ -20,6 +20,8 @@ pub struct Side<'a> {
     /// One triple per triangle, as [`compute_tangents`](seamwise_attr::compute_tangents) gives them;
     /// zero, or none at all, where no normal map is read.
     pub tangents: &'a [[Vec4; 3]],
+    /// One per triangle: the chart of the source that it lies in, or comes from.
+    pub charts: &'a [u32],
 }
 
 impl Side<'_> {
