@@ -133,7 +133,7 @@ fn an_asset_in_its_own_place_keeps_every_image_wherever_its_charts_lie() {
     }
     turned.assert_unchanged("a transform");
 
-    for by in [[0.5, 0.0], [0.37, -2.21], [-0.5, 3.4]] {
+    for by in [[0.5, 0.0], [0.37, -2.21], [-0.5, 3.4], [20.3, -31.0]] {
         let mut wrapped = Worn::new(&noise, &json!({}));
         wrapped.shape = wrapped.shape.uv_moved(by);
         let uvs = wrapped.build.floats(&wrapped.shape.uvs);
