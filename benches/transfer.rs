@@ -226,7 +226,7 @@ fn bumpy(rows: usize) -> Shape {
     let vertices = sphere::displaced_sphere(rows);
     let row = |row: &[f32]| ([row[0], row[1]], [row[2], row[3], row[4]]);
     let (uvs, normals) = vertices.attributes.chunks_exact(5).map(row).unzip();
-    let positions = vertices.positions.iter().map(|p| p.to_array()).collect();
+    let positions = vertices.positions.iter().map(glam::Vec3::to_array).collect();
     Shape { positions, normals, uvs, triangles: vertices.triangles }
 }
 
