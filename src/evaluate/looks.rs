@@ -64,9 +64,10 @@ impl Appearance for Scene {
 
     fn normal(&self, triangle: TriangleId, at: Vec3) -> Vec3 {
         let material = &self.materials[self.triangle_materials[triangle] as usize];
-        let normal = self.interpolate(&self.normals, triangle, at).normalize_or_zero();
+        // Not made unit before the map is applied, as MikkTSpace asks and the renderer does.
+        let normal = self.interpolate(&self.normals, triangle, at);
         let Some(map) = &material.normal_texture else {
-            return normal;
+            return normal.normalize_or_zero();
         };
         let [a, b, c] = self.tangents[triangle];
         let tangent = (a * at.x + b * at.y + c * at.z).truncate();
@@ -74,7 +75,7 @@ impl Appearance for Scene {
         let mapped = self.texel(map, triangle, at).truncate() * 2.0 - 1.0;
         let scale = material.normal_scale;
         (tangent * (mapped.x * scale) + bitangent * (mapped.y * scale) + normal * mapped.z)
-            .normalize_or(normal)
+            .normalize_or(normal.normalize_or_zero())
     }
 }
 

@@ -274,7 +274,11 @@ impl Plan {
                     charts.push(*own);
                 }
             }
-            match self.normals.iter_mut().find(|own| own.image == slot.image) {
+            // What reads the image in another way reads its normal map so too.
+            let is_alike = |own: &&mut NewNormals| {
+                own.image == slot.image && own.charts.iter().all(|charts| charts.reads_like(slot))
+            };
+            match self.normals.iter_mut().find(is_alike) {
                 _ if charts.is_empty() => {}
                 Some(own) => {
                     charts.retain(|charts| !own.charts.contains(charts));

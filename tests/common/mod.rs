@@ -11,6 +11,7 @@ pub(crate) mod pose;
 pub(crate) mod rigs;
 pub(crate) mod shapes;
 pub(crate) mod tiffs;
+pub(crate) mod worn;
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc;
@@ -19,9 +20,10 @@ use std::time::Duration;
 use seamwise::bake::{self, Input};
 use seamwise::error::Result;
 use seamwise::evaluate;
-use seamwise::options::BakeOptions;
+use seamwise::options::{BakeOptions, Targets, Textures};
 use seamwise::progress::Progress;
 use seamwise::report::BakeReport;
+use seamwise::transfer::{BakeNormals, Sizes, TransferOptions};
 use tempfile::TempDir;
 
 use output::Output;
@@ -64,6 +66,19 @@ impl Random {
 /// Options that spend no time on measuring.
 pub(crate) fn unmeasured() -> BakeOptions {
     BakeOptions { evaluate: None, ..BakeOptions::default() }
+}
+
+/// Options that make textures anew for levels of these shares of the triangles, and measure nothing.
+pub(crate) fn transferred(ratios: &[f64], scale: f64, bake_normals: BakeNormals) -> BakeOptions {
+    BakeOptions {
+        targets: Targets::ratios(ratios.to_vec()).expect("shares from fine to coarse"),
+        textures: Textures::Transfer(TransferOptions {
+            sizes: Sizes::Scale(scale),
+            bake_normals,
+            ..TransferOptions::default()
+        }),
+        ..unmeasured()
+    }
 }
 
 /// Options that measure roughly.

@@ -157,6 +157,11 @@ impl Output {
         }
     }
 
+    /// An image, decoded.
+    pub(crate) fn picture(&self, index: usize) -> image::DynamicImage {
+        image::load_from_memory(self.image_bytes(index)).expect("a picture")
+    }
+
     /// Every accessor that something refers to.
     pub(crate) fn used_accessors(&self) -> BTreeSet<usize> {
         let mut used = BTreeSet::new();

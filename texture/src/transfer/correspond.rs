@@ -3,10 +3,11 @@
 //! A ray both ways along the level's normal, no farther than a cage around it, finds what an eye
 //! sees there; the nearer hit of the two counts. A ray that finds nothing, beyond a silhouette or
 //! in a fold, leaves it to the nearest point. Neither may land on the wrong sheet: only triangles
-//! of the same group are looked at, and first only those that face the same way. So the inside of a
-//! cup never takes the picture of its outside, however thin its wall is. Of those the ones of the
-//! chart that the level's triangle comes from go before all others, so that no picture of the other
-//! side of a seam gets into the rim of a chart, where mip maps would spread it.
+//! of the same group are looked at, and first only those that face the same way as the level's smooth
+//! normal or its triangle. So the inside of a cup never takes the picture of its outside, however thin
+//! its wall is. Of those the ones of the chart that the level's triangle comes from go before all
+//! others, so that no picture of the other side of a seam gets into the rim of a chart, where mip maps
+//! would spread it.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -14,7 +15,7 @@ use seamwise_attr::{Mesh, Surface, TriangleId};
 
 use super::side::{Side, Spot};
 
-/// Cosine between the level's normal and a source triangle's from which on it lies on the same side.
+/// Cosine between normals of the level and a source triangle's from which on it lies on the same side.
 const SAME_SIDE: f32 = 0.2;
 
 /// A source, ready to be searched.
@@ -48,19 +49,22 @@ impl<'a> Source<'a> {
         f32::max(rms(probes(level), &self.surface), rms(probes(own), &there))
     }
 
-    /// The place that belongs to a point of a level that faces along `normal`, of a triangle of this
-    /// group and chart. None if the group has no triangle. A ray looks no farther than `cage`, nor for
-    /// a place of the same chart.
+    /// The place that belongs to a point of a level, of a triangle of this group and chart. None if the
+    /// group has no triangle. `normals`: the smooth one there, and that of its triangle. A ray along the
+    /// smooth one looks no farther than `cage`, nor does the search for a place of the same chart.
     pub(super) fn find(
         &self,
         p: Vec3,
-        normal: Vec3,
+        [smooth, plane]: [Vec3; 2],
         (group, chart): (u32, u32),
         cage: f32,
     ) -> Option<Spot> {
+        // Vertex normals may point inward all over; a triangle is what has sides.
+        let normal = if smooth.dot(plane) < 0.0 { -smooth } else { smooth };
         let is_own = |triangle: TriangleId| self.side.mesh.groups[triangle] == group;
         let faces = |triangle: TriangleId| {
-            is_own(triangle) && self.face_normals[triangle].dot(normal) > SAME_SIDE
+            let face = self.face_normals[triangle];
+            is_own(triangle) && face.dot(normal).max(face.dot(plane)) > SAME_SIDE
         };
         let in_chart =
             |triangle: TriangleId| self.side.charts[triangle] == chart && faces(triangle);
@@ -144,7 +148,7 @@ mod tests {
         let source = source(&mesh);
         let found = |z: f32, cage| {
             let p = Vec3::new(0.3, 0.6, z);
-            height(&mesh, source.find(p, Vec3::Z, (0, 0), cage).unwrap())
+            height(&mesh, source.find(p, [Vec3::Z; 2], (0, 0), cage).unwrap())
         };
         assert_eq!([found(0.2, 1.0), found(0.4, 1.0), found(0.4, 0.01)], [0.1, 0.5, 0.5]);
     }
@@ -155,11 +159,23 @@ mod tests {
         mesh.groups.fill(0);
         let source = source(&mesh);
         let p = Vec3::new(0.3, 0.6, 0.209);
-        let found = |normal: Vec3| height(&mesh, source.find(p, normal, (0, 0), 1.0).unwrap());
+        let found = |normal: Vec3| height(&mesh, source.find(p, [normal; 2], (0, 0), 1.0).unwrap());
         assert_eq!([found(Vec3::Z), found(Vec3::NEG_Z)], [0.2, 0.21]);
         // Where nothing faces the same way, any place of the group is better than none.
-        assert!(source.find(p, Vec3::X, (0, 0), 1.0).is_some());
-        assert!(source.find(p, Vec3::Z, (1, 0), 1.0).is_none());
+        assert!(source.find(p, [Vec3::X; 2], (0, 0), 1.0).is_some());
+        assert!(source.find(p, [Vec3::Z; 2], (1, 0), 1.0).is_none());
+    }
+
+    #[test]
+    fn a_triangle_finds_itself_whichever_way_its_vertex_normals_point() {
+        let mut mesh = squares(&[0.2, -0.21]);
+        mesh.groups.fill(0);
+        let source = source(&mesh);
+        let p = Vec3::new(0.3, 0.6, 0.2);
+        for smooth in [Vec3::new(1.0, 0.0, 0.1).normalize(), Vec3::X, Vec3::NEG_Z] {
+            let found = source.find(p, [smooth, Vec3::Z], (0, 0), 1.0).unwrap();
+            assert_eq!(height(&mesh, found), 0.2, "{smooth}");
+        }
     }
 
     #[test]
@@ -170,7 +186,7 @@ mod tests {
         let source = Source::new(Side { mesh: &mesh, tangents: &[], charts: &charts });
         let found = |chart, cage| {
             let p = Vec3::new(0.3, 0.6, 0.15);
-            height(&mesh, source.find(p, Vec3::Z, (0, chart), cage).unwrap())
+            height(&mesh, source.find(p, [Vec3::Z; 2], (0, chart), cage).unwrap())
         };
         assert_eq!([found(0, 1.0), found(1, 1.0), found(1, 0.1)], [0.1, 0.3, 0.1]);
     }

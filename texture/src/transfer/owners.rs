@@ -33,7 +33,7 @@ impl Owners {
     pub(super) fn new(size: [usize; 2], wrap: [Wrap; 2], faces: &[Face], reach: f64) -> Self {
         let texels = size[0] * size[1];
         let mut map = Self { width: size[0], faces: vec![0; texels], overlaps: 0, covered: 0 };
-        let place = |face: &Face| face.uvs.map(|uv| to_texels(uv, size));
+        let place = |face: &Face| at_home(face.uvs, wrap).map(|uv| to_texels(uv, size));
         let sound = |corners: &[DVec2; 3]| {
             let far = size.map(|side| side as f64 * MOST_REPEATS);
             corners.iter().all(|c| c.x.abs() <= far[0] && c.y.abs() <= far[1])
@@ -43,12 +43,18 @@ impl Owners {
             .map(place)
             .map(|corners| sound(&corners).then(|| UvTriangle::new(corners)).flatten())
             .collect();
-        map.cover(size, wrap, &triangles);
+        map.cover(size, wrap, faces, &triangles);
         map.extend(size, wrap, &triangles, reach);
         map
     }
 
-    fn cover(&mut self, size: [usize; 2], wrap: [Wrap; 2], triangles: &[Option<UvTriangle>]) {
+    fn cover(
+        &mut self,
+        size: [usize; 2],
+        wrap: [Wrap; 2],
+        faces: &[Face],
+        triangles: &[Option<UvTriangle>],
+    ) {
         let mut twice = vec![false; self.faces.len()];
         let window = window(size, wrap);
         for (own, triangle) in (1..).zip(triangles) {
@@ -59,12 +65,12 @@ impl Owners {
                     self.faces[at] = own;
                     self.covered += 1;
                 } else if texel.barycentrics.iter().all(|&b| b > ON_EDGE) {
-                    let other = triangles[self.faces[at] as usize - 1].as_ref();
-                    let center = DVec2::new(texel.x as f64 + 0.5, texel.y as f64 + 0.5);
-                    let inside = other.is_some_and(|other| {
-                        other.barycentrics(center).iter().all(|&b| b > ON_EDGE)
-                    });
-                    if inside && !std::mem::replace(&mut twice[at], true) {
+                    // The other may cover it in another repeat.
+                    let other = faces[self.faces[at] as usize - 1].uvs;
+                    let own = [at % size[0], at / size[0]];
+                    let [_, weights] = place_in(other, own, size, wrap);
+                    let is_inside = weights.min_element() > ON_EDGE as f32;
+                    if is_inside && !std::mem::replace(&mut twice[at], true) {
                         self.overlaps += 1;
                     }
                 }
@@ -147,6 +153,18 @@ fn copies(texel: usize, size: usize, wrap: Wrap, middle: f64) -> [f64; 2] {
     }
 }
 
+/// A face moved by whole periods to where the image lies: far from it stands the same.
+fn at_home(uvs: [Vec2; 3], wrap: [Wrap; 2]) -> [Vec2; 3] {
+    let low = uvs[0].min(uvs[1]).min(uvs[2]);
+    let whole = |axis: usize| match wrap[axis] {
+        Wrap::Clamp => 0.0,
+        Wrap::Repeat => low[axis].floor(),
+        Wrap::Mirror => 2.0 * (0.5 * low[axis]).floor(),
+    };
+    let by = Vec2::new(whole(0), whole(1));
+    uvs.map(|uv| uv - by)
+}
+
 /// The texels that a face may own, before they are wrapped.
 fn window(size: [usize; 2], wrap: [Wrap; 2]) -> Window {
     let side = |axis: usize| {
@@ -195,6 +213,30 @@ mod tests {
         let faces = [face(square), face(square), face(square)];
         let map = Owners::new([8, 8], [Wrap::Clamp; 2], &faces, 1.0);
         assert!(map.overlaps > 20 && map.overlaps <= map.covered, "{}", map.overlaps);
+    }
+
+    #[test]
+    fn a_face_far_from_the_image_owns_what_it_would_near_it() {
+        let triangle = [[0.25, 0.125], [1.25, 0.125], [0.25, 0.875]];
+        for (wrap, by) in [(Wrap::Repeat, 31.0), (Wrap::Repeat, -20.0), (Wrap::Mirror, 30.0)] {
+            let owners = |by: f32| {
+                let faces = [face(triangle.map(|[u, v]| [u + by, v - by]))];
+                drawn(&Owners::new([8, 8], [wrap; 2], &faces, 1.0), [8, 8])
+            };
+            assert_eq!(owners(by), owners(0.0), "{wrap:?} {by}");
+        }
+    }
+
+    #[test]
+    fn faces_overlap_in_different_repeats_too() {
+        let square = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
+        for (wrap, by, overlaps) in
+            [(Wrap::Repeat, 3.0, true), (Wrap::Mirror, 2.0, true), (Wrap::Clamp, 3.0, false)]
+        {
+            let faces = [face(square), face(square.map(|[u, v]| [u + by, v]))];
+            let map = Owners::new([8, 8], [wrap; 2], &faces, 0.0);
+            assert_eq!(map.overlaps > 20, overlaps, "{wrap:?}: {}", map.overlaps);
+        }
     }
 
     #[test]

@@ -76,7 +76,8 @@ impl Caster<'_> {
         let origin = (pair.level.mesh.groups[own.triangle], pair.level.charts[own.triangle]);
         let unit = smooth.normalize_or_zero();
         let place = pair.level.position(own);
-        let Some(there) = pair.source.find(place, unit, origin, pair.cage) else { return };
+        let normals = [unit, pair.level.face_normal(own.triangle)];
+        let Some(there) = pair.source.find(place, normals, origin, pair.cage) else { return };
         let uvs = [own, beyond].map(|spot| face.uv(spot.barycentrics));
         let step = if job.is_in_place { uvs[1] - uvs[0] } else { Vec2::ZERO };
         let outputs = job.outputs.iter().zip(sums).enumerate();
