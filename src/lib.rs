@@ -19,7 +19,7 @@
 //! - [`repair`](mod@repair) fills the atlases of a file and leaves the rest as it is.
 //! - [`evaluate`] measures how far a level is from its source.
 //! - [`report`](mod@report) tells it as JSON, as a table and as a page.
-//! - [`bake`](mod@bake) is the straight line through all of them.
+//! - [`bake`](mod@bake) is the straight line through all of them, [`batch`] runs many inputs along it.
 //!
 //! ```no_run
 //! use std::path::Path;
@@ -38,10 +38,12 @@ pub mod asset;
 pub mod atlas;
 pub mod bake;
 mod basis;
+pub mod batch;
 mod carry;
 pub mod certificate;
 mod chains;
 mod compression;
+mod digest;
 pub mod error;
 pub mod evaluate;
 mod extensions;

@@ -1,5 +1,6 @@
 //! .gltf and .glb to [`Asset`].
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use base64::Engine;
@@ -96,6 +97,21 @@ pub fn read_bytes_with(bytes: &[u8], folder: &Path, options: ReadOptions) -> Res
 
 /// Reads the document and its buffers, and makes plain what is compressed in them.
 fn read_document(bytes: &[u8], folder: &Path, options: ReadOptions) -> Result<Asset> {
+    let (json, chunk) = parse(bytes)?;
+    check_version(&json)?;
+    check_shape(&json)?;
+    check_extensions(&json)?;
+    let mut asset = Asset { json, buffers: Vec::new(), images: Vec::new() };
+    for index in 0..asset.count("buffers") {
+        let buffer = read_buffer(&asset, index, chunk.as_deref(), folder)?;
+        asset.buffers.push(buffer);
+    }
+    compression::expand(&mut asset, options.memory_limit)?;
+    Ok(asset)
+}
+
+/// The document, and the binary chunk if there is one.
+fn parse(bytes: &[u8]) -> Result<(Value, Option<Cow<'_, [u8]>>)> {
     let (json, chunk) = if bytes.starts_with(b"glTF") {
         let invalid = |what: String| Error::invalid("the GLB container", what);
         if bytes.len() < GLB_HEADERS || length_of(bytes) < GLB_HEADERS {
@@ -108,18 +124,24 @@ fn read_document(bytes: &[u8], folder: &Path, options: ReadOptions) -> Result<As
     } else {
         (bytes.into(), None)
     };
-    let json: Value = serde_json::from_slice(&json)
+    let json = serde_json::from_slice(&json)
         .map_err(|error| Error::invalid("the JSON document", error.to_string()))?;
-    check_version(&json)?;
-    check_shape(&json)?;
-    check_extensions(&json)?;
-    let mut asset = Asset { json, buffers: Vec::new(), images: Vec::new() };
-    for index in 0..asset.count("buffers") {
-        let buffer = read_buffer(&asset, index, chunk.as_deref(), folder)?;
-        asset.buffers.push(buffer);
-    }
-    compression::expand(&mut asset, options.memory_limit)?;
-    Ok(asset)
+    Ok((json, chunk))
+}
+
+/// The other files that an asset's file names, as far as it can be read; `bytes` are its own.
+pub(crate) fn named_files(path: &Path, bytes: &[u8]) -> Vec<PathBuf> {
+    let folder = folder_of(path);
+    let Ok((json, _)) = parse(bytes) else {
+        return Vec::new();
+    };
+    let list = |name: &str| json.get(name).and_then(Value::as_array).into_iter().flatten();
+    let uris = list("buffers").chain(list("images")).filter_map(|object| object["uri"].as_str());
+    let file = |uri| match Resource::of(uri, "", folder) {
+        Ok(Resource::File(path)) => Some(path),
+        _ => None,
+    };
+    uris.filter(|uri| !uri.starts_with("data:")).filter_map(file).collect()
 }
 
 /// The length that a GLB's header announces.
