@@ -35,7 +35,7 @@ use crate::write::{refuse_overwriting, to_glb, write_recorded};
 /// Where an asset comes from.
 #[derive(Clone, Copy, Debug)]
 pub enum Input<'a> {
-    /// A .gltf or .glb file.
+    /// A .gltf, .glb, .obj, .ply or .off file.
     File(&'a Path),
     /// The bytes of a self-contained .gltf or .glb, and a name for what is made of it.
     Bytes(&'a [u8], &'a str),

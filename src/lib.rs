@@ -7,8 +7,8 @@
 //! path → read → Asset → weld → Mesh → chain → [Level] → polish → textures → write → .glb → evaluate → Report
 //! ```
 //!
-//! - [`read`](mod@read) brings a .gltf or .glb into memory. The document stays whole, so what no stage changes
-//!   survives.
+//! - [`read`](mod@read) brings a .gltf or .glb into memory, and an .obj, .ply or .off as if it were
+//!   one. The document stays whole, so what no stage changes survives.
 //! - [`geometry`] welds all triangle primitives of a mesh to one surface of points and wedges;
 //!   [`parts`] turns its levels back into primitives.
 //! - `seamwise_attr` simplifies that surface by a generalized quadric, with attributes in wedges,
@@ -47,6 +47,7 @@ mod digest;
 pub mod error;
 pub mod evaluate;
 mod extensions;
+mod formats;
 pub mod geometry;
 pub mod images;
 pub mod inspect;

@@ -1,4 +1,4 @@
-//! .gltf and .glb to [`Asset`].
+//! Files to [`Asset`]: .gltf and .glb here, other formats by their extensions in `formats`.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -10,6 +10,7 @@ use serde_json::Value;
 use crate::asset::{Asset, EncodedImage, ImageFormat};
 use crate::compression;
 use crate::error::{Error, Result};
+use crate::formats::Format;
 use crate::limit::MemoryLimit;
 
 /// Required extensions that leave geometry and textures as core glTF has them, that the accessor
@@ -57,7 +58,10 @@ pub fn read(path: &Path) -> Result<Asset> {
 /// As [`read`].
 pub fn read_with(path: &Path, options: ReadOptions) -> Result<Asset> {
     let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
-    read_bytes_with(&bytes, folder_of(path), options)
+    match Format::of(path) {
+        Some(format) => format.read(&bytes, folder_of(path), options),
+        None => read_bytes_with(&bytes, folder_of(path), options),
+    }
 }
 
 /// Reads an asset without its images, so that they may be missing or of any kind.
@@ -65,6 +69,9 @@ pub fn read_with(path: &Path, options: ReadOptions) -> Result<Asset> {
 /// # Errors
 /// As [`read`].
 pub fn read_geometry(path: &Path) -> Result<Asset> {
+    if Format::of(path).is_some() {
+        return read_with(path, ReadOptions { allow_missing: true, ..ReadOptions::default() });
+    }
     let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
     read_document(&bytes, folder_of(path), ReadOptions::default())
 }
@@ -132,6 +139,9 @@ fn parse(bytes: &[u8]) -> Result<(Value, Option<Cow<'_, [u8]>>)> {
 /// The other files that an asset's file names, as far as it can be read; `bytes` are its own.
 pub(crate) fn named_files(path: &Path, bytes: &[u8]) -> Vec<PathBuf> {
     let folder = folder_of(path);
+    if let Some(format) = Format::of(path) {
+        return format.named_files(bytes, folder);
+    }
     let Ok((json, _)) = parse(bytes) else {
         return Vec::new();
     };

@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::read::folder_of;
 
 /// Extensions of files that are inputs, in small letters.
-const EXTENSIONS: [&str; 2] = ["glb", "gltf"];
+const EXTENSIONS: [&str; 5] = ["glb", "gltf", "obj", "off", "ply"];
 
 /// The inputs of a batch, sorted by where they go. A folder stands for every asset in it and below,
 /// whose outputs keep their place below `output`; what lies in `output` is none of them.
@@ -72,16 +72,16 @@ mod tests {
     fn a_folder_stands_for_its_assets_and_outputs_keep_their_places() {
         let root = tempfile::tempdir().unwrap();
         let at = |name: &str| root.path().join(name);
-        for name in ["in/b/a.glb", "in/a.GLTF", "in/b/notes.txt", "in/out/a_lod1.glb", "one.glb"] {
+        for name in ["in/b/a.glb", "in/a.GLTF", "in/b/notes.txt", "in/out/a_lod1.glb", "one.ply"] {
             std::fs::create_dir_all(folder_of(&at(name))).unwrap();
             std::fs::write(at(name), b"").unwrap();
         }
         let job = |folder: &str, input: &str| Job { folder: at(folder), input: at(input) };
-        let found = find_jobs(&[at("one.glb"), at("in")], &at("in/out")).unwrap();
+        let found = find_jobs(&[at("one.ply"), at("in")], &at("in/out")).unwrap();
         let expected =
-            [job("in/out", "in/a.GLTF"), job("in/out", "one.glb"), job("in/out/b", "in/b/a.glb")];
+            [job("in/out", "in/a.GLTF"), job("in/out", "one.ply"), job("in/out/b", "in/b/a.glb")];
         assert_eq!(found, expected);
-        assert_eq!(find_jobs(&[at("in"), at("one.glb")], &at("in/out")).unwrap(), found);
+        assert_eq!(find_jobs(&[at("in"), at("one.ply")], &at("in/out")).unwrap(), found);
         assert!(find_jobs(&[at("in")], &at("in")).unwrap_err().to_string().contains("among"));
         std::fs::create_dir(at("empty")).unwrap();
         assert!(
