@@ -243,7 +243,7 @@ mod tests {
 
     #[test]
     fn an_image_that_became_a_png_moves_to_the_cores_key() {
-        let image = |format| EncodedImage { bytes: Vec::new().into(), format };
+        let image = |format| EncodedImage { bytes: vec![1].into(), format };
         let images = [image(ImageFormat::Png), image(ImageFormat::WebP)];
         let texture = |source| json!({"extensions": {"EXT_texture_webp": {"source": source}}});
         let basis = |source| json!({"extensions": {"KHR_texture_basisu": {"source": source}}});
