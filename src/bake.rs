@@ -13,6 +13,7 @@ use crate::asset::{Asset, EncodedImage};
 use crate::atlas::{ImageRepair, encode_repaired, repair_all};
 use crate::certificate::{Screen, certificate, certify};
 use crate::chains::{polish_all, simplify_all, triangle_count};
+use crate::digest::digest;
 use crate::dress::LevelTextures;
 use crate::error::{Error, Result};
 use crate::evaluate::load::{TextureCache, load};
@@ -31,14 +32,14 @@ use crate::report::{BakeReport, InputReport, LevelReport, Seconds, peak_memory};
 use crate::steering::MeshSteering;
 use crate::surfaces::weld_all;
 use crate::transfer::{Origin, Plan, transfer_all};
-use crate::write::{refuse_overwriting, to_glb, write_files};
+use crate::write::{refuse_overwriting, to_glb, write_recorded};
 
 /// Where an asset comes from.
 #[derive(Clone, Copy, Debug)]
 pub enum Input<'a> {
-    /// A .gltf or .glb file.
+    /// A .gltf, .glb, .obj, .ply or .off file.
     File(&'a Path),
-    /// The bytes of a self-contained one, and a name for what is made of it.
+    /// The bytes of a self-contained .gltf or .glb, and a name for what is made of it.
     Bytes(&'a [u8], &'a str),
 }
 
@@ -54,13 +55,18 @@ impl Input<'_> {
     }
 
     /// The files that a bake writes into `folder`: the levels, the finest first, then all of them
-    /// in one, then the report, then its page if there is to be one.
+    /// in one, then the page if there is to be one, and last the report.
     pub fn outputs(&self, folder: &Path, options: &BakeOptions) -> Vec<PathBuf> {
         let stem = self.stem();
         let levels = (1..=options.targets.count()).map(|level| format!("{stem}_lod{level}.glb"));
-        let names = levels.chain([format!("{stem}.glb"), format!("{stem}.json")]);
         let page = options.report.map(|_| format!("{stem}.html"));
-        names.chain(page).map(|name| folder.join(name)).collect()
+        let names = levels.chain([format!("{stem}.glb")]).chain(page);
+        names.map(|name| folder.join(name)).chain([self.report(folder)]).collect()
+    }
+
+    /// The file that a bake writes its report into.
+    pub(crate) fn report(&self, folder: &Path) -> PathBuf {
+        folder.join(format!("{}.json", self.stem()))
     }
 
     /// Makes sure that this input is not among the outputs.
@@ -97,8 +103,10 @@ pub fn bake(
 ) -> Result<BakeReport> {
     let outputs = input.outputs(folder, options);
     input.refuse_overwriting(&outputs)?;
-    let Baked { mut files, report, mut extras } = bake_in_memory(input, options, progress)?;
-    files.push(report.to_json()?.into_bytes());
+    // Before the input is read: if it changes in between, the hash is of what it no longer is.
+    let digest = digest(input, options)?;
+    let Baked { mut files, mut report, mut extras } = bake_in_memory(input, options, progress)?;
+    report.digest = digest;
     if let Some(page) = options.report {
         if page.threads {
             let again = BakeOptions { report: None, ..options.clone() };
@@ -109,7 +117,9 @@ pub fn bake(
         files.push(bake_page(&report, &extras)?.into_bytes());
     }
     std::fs::create_dir_all(folder).map_err(|error| Error::io(folder, error))?;
-    write_files(&outputs.into_iter().zip(files).collect::<Vec<_>>())?;
+    let json = report.to_json()?.into_bytes();
+    let written: Vec<_> = outputs.into_iter().zip(files).collect();
+    write_recorded(&written, &(input.report(folder), json))?;
     Ok(report)
 }
 
@@ -182,6 +192,7 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
     )?;
     let report = BakeReport {
         schema: 1,
+        digest: String::new(),
         input: input_report(input, &asset, &geometries),
         screen: options.screen,
         levels: level_reports(&dressed, &chains, &steering, options, measured.as_ref()),

@@ -76,7 +76,11 @@ pub(crate) fn detect_format(bytes: &[u8]) -> Option<image::ImageFormat> {
     if bytes.starts_with(RGBE) {
         return Some(image::ImageFormat::Hdr);
     }
-    image::guess_format(bytes).ok().filter(image::ImageFormat::reading_enabled)
+    // BMP is read for the materials of an OBJ alone, and never written.
+    let is_read = |format: &image::ImageFormat| {
+        format.reading_enabled() && *format != image::ImageFormat::Bmp
+    };
+    image::guess_format(bytes).ok().filter(is_read)
 }
 
 /// Encodes an image: losslessly as PNG or WebP, or as JPEG of quality 95. Instead of KTX2 it becomes

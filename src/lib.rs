@@ -7,8 +7,8 @@
 //! path → read → Asset → weld → Mesh → chain → [Level] → polish → textures → write → .glb → evaluate → Report
 //! ```
 //!
-//! - [`read`](mod@read) brings a .gltf or .glb into memory. The document stays whole, so what no stage changes
-//!   survives.
+//! - [`read`](mod@read) brings a .gltf or .glb into memory, and an .obj, .ply or .off as if it were
+//!   one. The document stays whole, so what no stage changes survives.
 //! - [`geometry`] welds all triangle primitives of a mesh to one surface of points and wedges;
 //!   [`parts`] turns its levels back into primitives.
 //! - `seamwise_attr` simplifies that surface by a generalized quadric, with attributes in wedges,
@@ -19,7 +19,7 @@
 //! - [`repair`](mod@repair) fills the atlases of a file and leaves the rest as it is.
 //! - [`evaluate`] measures how far a level is from its source.
 //! - [`report`](mod@report) tells it as JSON, as a table and as a page.
-//! - [`bake`](mod@bake) is the straight line through all of them.
+//! - [`bake`](mod@bake) is the straight line through all of them, [`batch`] runs many inputs along it.
 //!
 //! ```no_run
 //! use std::path::Path;
@@ -38,14 +38,17 @@ pub mod asset;
 pub mod atlas;
 pub mod bake;
 mod basis;
+pub mod batch;
 mod carry;
 pub mod certificate;
 mod chains;
 mod compression;
+mod digest;
 pub mod dress;
 pub mod error;
 pub mod evaluate;
 mod extensions;
+mod formats;
 pub mod geometry;
 pub mod images;
 pub mod inspect;

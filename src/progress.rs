@@ -1,6 +1,7 @@
 //! Progress bars on a terminal's standard error, and nothing anywhere else.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::thread::Thread;
 use std::time::Duration;
 
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -9,44 +10,93 @@ use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 #[derive(Clone, Debug)]
 pub struct Progress {
     bars: MultiProgress,
+    /// The bar that all stages of one file share.
+    file: Option<ProgressBar>,
+}
+
+/// A stage of its own.
+const STAGE: &str = "{prefix:>10} {wide_bar} {percent:>3} % {eta:>4}";
+/// One of several files, and the stage that it is in.
+const FILE: &str = "{prefix:>20} {msg:>8} {wide_bar} {percent:>3} %";
+
+/// Ends a watcher when the stage does, be it by a panic.
+struct End<'a> {
+    finished: &'a AtomicBool,
+    watcher: &'a Thread,
+}
+
+impl Drop for End<'_> {
+    fn drop(&mut self) {
+        self.finished.store(true, Ordering::Relaxed);
+        self.watcher.unpark();
+    }
 }
 
 impl Progress {
     /// On standard error, if that is a terminal.
     pub fn terminal() -> Self {
-        Self { bars: MultiProgress::new() }
+        Self { bars: MultiProgress::new(), file: None }
     }
 
     /// Nowhere.
     pub fn hidden() -> Self {
-        Self { bars: MultiProgress::with_draw_target(ProgressDrawTarget::hidden()) }
+        let bars = MultiProgress::with_draw_target(ProgressDrawTarget::hidden());
+        Self { bars, file: None }
     }
 
     /// Runs a stage that does `total` steps and counts them on the counter it is given.
     pub fn stage<T>(&self, name: &str, total: usize, run: impl FnOnce(&AtomicUsize) -> T) -> T {
-        let bar = self.bars.add(ProgressBar::new(total as u64));
-        let style = ProgressStyle::with_template("{prefix:>10} {wide_bar} {percent:>3} % {eta:>4}");
-        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-        bar.set_prefix(name.to_owned());
-        let (count, finished) = (AtomicUsize::new(0), AtomicUsize::new(0));
+        let bar = match &self.file {
+            Some(bar) => bar.clone(),
+            None => self.add(STAGE, name),
+        };
+        bar.reset();
+        bar.set_length(total as u64);
+        bar.set_message(name.to_owned());
+        let (count, finished) = (AtomicUsize::new(0), AtomicBool::new(false));
         let result = if bar.is_hidden() {
             run(&count)
         } else {
             std::thread::scope(|scope| {
                 let watcher = scope.spawn(|| {
-                    while finished.load(Ordering::Relaxed) == 0 {
+                    while !finished.load(Ordering::Relaxed) {
                         bar.set_position(count.load(Ordering::Relaxed) as u64);
                         std::thread::park_timeout(Duration::from_millis(100));
                     }
                 });
-                let result = run(&count);
-                finished.store(1, Ordering::Relaxed);
-                watcher.thread().unpark();
-                result
+                let _end = End { finished: &finished, watcher: watcher.thread() };
+                run(&count)
             })
         };
-        bar.finish_and_clear();
-        self.bars.remove(&bar);
+        if self.file.is_none() {
+            self.remove(&bar);
+        }
         result
+    }
+
+    /// Runs what is done to one of several files: its stages share a bar with the file's name.
+    pub fn file<T>(&self, name: &str, run: impl FnOnce(&Self) -> T) -> T {
+        let bar = self.add(FILE, name);
+        let result = run(&Self { bars: self.bars.clone(), file: Some(bar.clone()) });
+        self.remove(&bar);
+        result
+    }
+
+    /// Runs what prints, with no bar in its way.
+    pub fn suspend<T>(&self, print: impl FnOnce() -> T) -> T {
+        self.bars.suspend(print)
+    }
+
+    fn add(&self, template: &str, name: &str) -> ProgressBar {
+        let bar = self.bars.add(ProgressBar::new(0));
+        let style = ProgressStyle::with_template(template);
+        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+        bar.set_prefix(name.to_owned());
+        bar
+    }
+
+    fn remove(&self, bar: &ProgressBar) {
+        bar.finish_and_clear();
+        self.bars.remove(bar);
     }
 }

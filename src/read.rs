@@ -1,5 +1,6 @@
-//! .gltf and .glb to [`Asset`].
+//! Files to [`Asset`]: .gltf and .glb here, other formats by their extensions in `formats`.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use base64::Engine;
@@ -9,6 +10,7 @@ use serde_json::Value;
 use crate::asset::{Asset, EncodedImage, ImageFormat};
 use crate::compression;
 use crate::error::{Error, Result};
+use crate::formats::Format;
 use crate::limit::MemoryLimit;
 
 /// Required extensions that leave geometry and textures as core glTF has them, that the accessor
@@ -57,7 +59,10 @@ pub fn read(path: &Path) -> Result<Asset> {
 /// As [`read`].
 pub fn read_with(path: &Path, options: ReadOptions) -> Result<Asset> {
     let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
-    read_bytes_with(&bytes, folder_of(path), options)
+    match Format::of(path) {
+        Some(format) => format.read(&bytes, folder_of(path), options),
+        None => read_bytes_with(&bytes, folder_of(path), options),
+    }
 }
 
 /// Reads an asset without its images, so that they may be missing or of any kind.
@@ -65,6 +70,9 @@ pub fn read_with(path: &Path, options: ReadOptions) -> Result<Asset> {
 /// # Errors
 /// As [`read`].
 pub fn read_geometry(path: &Path) -> Result<Asset> {
+    if Format::of(path).is_some() {
+        return read_with(path, ReadOptions { allow_missing: true, ..ReadOptions::default() });
+    }
     let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
     read_document(&bytes, folder_of(path), ReadOptions::default())
 }
@@ -97,6 +105,21 @@ pub fn read_bytes_with(bytes: &[u8], folder: &Path, options: ReadOptions) -> Res
 
 /// Reads the document and its buffers, and makes plain what is compressed in them.
 fn read_document(bytes: &[u8], folder: &Path, options: ReadOptions) -> Result<Asset> {
+    let (json, chunk) = parse(bytes)?;
+    check_version(&json)?;
+    check_shape(&json)?;
+    check_extensions(&json)?;
+    let mut asset = Asset { json, buffers: Vec::new(), images: Vec::new() };
+    for index in 0..asset.count("buffers") {
+        let buffer = read_buffer(&asset, index, chunk.as_deref(), folder)?;
+        asset.buffers.push(buffer);
+    }
+    compression::expand(&mut asset, options.memory_limit)?;
+    Ok(asset)
+}
+
+/// The document, and the binary chunk if there is one.
+fn parse(bytes: &[u8]) -> Result<(Value, Option<Cow<'_, [u8]>>)> {
     let (json, chunk) = if bytes.starts_with(b"glTF") {
         let invalid = |what: String| Error::invalid("the GLB container", what);
         if bytes.len() < GLB_HEADERS || length_of(bytes) < GLB_HEADERS {
@@ -109,18 +132,27 @@ fn read_document(bytes: &[u8], folder: &Path, options: ReadOptions) -> Result<As
     } else {
         (bytes.into(), None)
     };
-    let json: Value = serde_json::from_slice(&json)
+    let json = serde_json::from_slice(&json)
         .map_err(|error| Error::invalid("the JSON document", error.to_string()))?;
-    check_version(&json)?;
-    check_shape(&json)?;
-    check_extensions(&json)?;
-    let mut asset = Asset { json, buffers: Vec::new(), images: Vec::new() };
-    for index in 0..asset.count("buffers") {
-        let buffer = read_buffer(&asset, index, chunk.as_deref(), folder)?;
-        asset.buffers.push(buffer);
+    Ok((json, chunk))
+}
+
+/// The other files that an asset's file names, as far as it can be read; `bytes` are its own.
+pub(crate) fn named_files(path: &Path, bytes: &[u8]) -> Vec<PathBuf> {
+    let folder = folder_of(path);
+    if let Some(format) = Format::of(path) {
+        return format.named_files(bytes, folder);
     }
-    compression::expand(&mut asset, options.memory_limit)?;
-    Ok(asset)
+    let Ok((json, _)) = parse(bytes) else {
+        return Vec::new();
+    };
+    let list = |name: &str| json.get(name).and_then(Value::as_array).into_iter().flatten();
+    let uris = list("buffers").chain(list("images")).filter_map(|object| object["uri"].as_str());
+    let file = |uri| match Resource::of(uri, "", folder) {
+        Ok(Resource::File(path)) => Some(path),
+        _ => None,
+    };
+    uris.filter(|uri| !uri.starts_with("data:")).filter_map(file).collect()
 }
 
 /// The length that a GLB's header announces.

@@ -54,14 +54,39 @@ pub fn refuse_overwriting(input: &Path, outputs: &[PathBuf]) -> Result<()> {
 /// # Errors
 /// [`Error::Io`] with the file's name.
 pub fn write_files(files: &[(PathBuf, Vec<u8>)]) -> Result<()> {
-    let written: Vec<(&PathBuf, NamedTempFile)> = files
-        .iter()
-        .map(|(path, bytes)| Ok((path, write_beside(path, bytes)?)))
-        .collect::<Result<_>>()?;
-    for (path, file) in written {
-        file.persist(path).map_err(|error| Error::io(path, error.error))?;
+    rename(write_all_beside(files)?)
+}
+
+/// As [`write_files`], with a record of them: an old one goes before any of them gets its name, and
+/// the new one comes last, so that a record is never beside files of another run.
+///
+/// # Errors
+/// [`Error::Io`] with the file's name.
+pub(crate) fn write_recorded(
+    files: &[(PathBuf, Vec<u8>)],
+    record: &(PathBuf, Vec<u8>),
+) -> Result<()> {
+    let written = write_all_beside(files)?;
+    let last = write_all_beside(std::slice::from_ref(record))?;
+    match std::fs::remove_file(&record.0) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            Err(Error::io(&record.0, error))
+        }
+        _ => rename(written).and_then(|()| rename(last)),
     }
-    Ok(())
+}
+
+/// Files under temporary names, with those that they are to have.
+type Written<'a> = Vec<(&'a PathBuf, NamedTempFile)>;
+
+fn write_all_beside(files: &[(PathBuf, Vec<u8>)]) -> Result<Written<'_>> {
+    files.iter().map(|(path, bytes)| Ok((path, write_beside(path, bytes)?))).collect()
+}
+
+fn rename(written: Written<'_>) -> Result<()> {
+    written.into_iter().try_for_each(|(path, file)| {
+        file.persist(path).map(drop).map_err(|error| Error::io(path, error.error))
+    })
 }
 
 /// Writes bytes to a temporary file in the folder of `path`; it vanishes unless it is renamed.
@@ -115,6 +140,21 @@ mod tests {
         write_files(&[(path.clone(), b"new".to_vec())]).unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), b"new");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_record_is_not_left_beside_files_that_it_is_not_of() {
+        let folder = tempfile::tempdir().unwrap();
+        let [good, record] = ["a.bin", "a.json"].map(|name| folder.path().join(name));
+        // A folder can't be replaced by a file: the run ends between its files.
+        let bad = folder.path().join("b");
+        std::fs::create_dir(&bad).unwrap();
+        std::fs::write(&record, b"old").unwrap();
+        let files = [(good.clone(), b"new".to_vec()), (bad.clone(), b"new".to_vec())];
+        assert!(write_recorded(&files, &(record.clone(), b"new".to_vec())).is_err());
+        assert!(good.exists() && !record.exists());
+        write_recorded(&files[..1], &(record.clone(), b"new".to_vec())).unwrap();
+        assert_eq!(std::fs::read(&record).unwrap(), b"new");
     }
 
     #[test]

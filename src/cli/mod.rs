@@ -1,5 +1,6 @@
 //! What the user typed. No work is done here.
 
+mod batch;
 mod repair;
 mod steering;
 mod textures;
@@ -8,6 +9,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
+use batch::BatchArgs;
 use repair::FootprintArgs;
 pub(crate) use repair::RepairArgs;
 use seamwise::certificate::Screen;
@@ -52,7 +54,7 @@ pub(crate) struct Common {
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     /// Bake levels of detail, with the atlas repaired and the errors measured.
-    Bake(BakeArgs),
+    Bake(Box<BakeArgs>),
     /// Fill the texels around the charts of a texture atlas, so that its seams do not bleed.
     Repair(RepairArgs),
     /// Say how far models are from a reference.
@@ -65,14 +67,16 @@ pub(crate) enum Command {
 
 /// `seamwise bake`.
 #[derive(Debug, Args)]
-#[command(after_help = "Example: seamwise bake helmet.gltf -o out --ratios 0.5,0.1\n\n\
+#[command(after_help = "Example: seamwise bake helmet.gltf -o out --ratios 0.5,0.1\n         \
+    seamwise bake assets -o out --resume --shard 2/8\n\n\
     Writes out/helmet_lod1.glb and so on, one level each; out/helmet.glb with the source and all\n\
     levels (MSFT_lod); out/helmet.json with what was measured; and with --report out/helmet.html\n\
     with the same in charts and pictures.")]
 pub(crate) struct BakeArgs {
-    /// .glb or .gltf files; the sample asset if none is given.
+    /// .glb, .gltf, .obj, .ply or .off files, and folders, which stand for all of these in them and
+    /// below; the sample asset if none is given.
     pub(crate) inputs: Vec<PathBuf>,
-    /// The folder to write into.
+    /// The folder to write into. What is found in an input folder keeps its place below.
     #[arg(long, short, value_name = "DIR")]
     pub(crate) output: PathBuf,
     /// How many levels, each with half the triangles of the one before.
@@ -112,6 +116,8 @@ pub(crate) struct BakeArgs {
     threads_report: bool,
     #[command(flatten)]
     reading: ReadingArgs,
+    #[command(flatten)]
+    pub(crate) batch: BatchArgs,
     #[command(flatten)]
     steering: SteeringArgs,
 }
@@ -182,7 +188,7 @@ impl BakeArgs {
 #[derive(Debug, Args)]
 #[command(after_help = "Example: seamwise evaluate helmet.gltf out/helmet_lod1.glb other.glb")]
 pub(crate) struct EvaluateArgs {
-    /// The original.
+    /// The original: .glb, .gltf, .obj, .ply or .off, as the candidates.
     pub(crate) reference: PathBuf,
     /// What to compare with it, from any tool.
     #[arg(required = true)]
@@ -248,7 +254,7 @@ impl EvaluateArgs {
 #[derive(Debug, Args)]
 #[command(after_help = "Example: seamwise inspect helmet.gltf")]
 pub(crate) struct InspectArgs {
-    /// A .glb or .gltf file.
+    /// A .glb, .gltf, .obj, .ply or .off file.
     pub(crate) input: PathBuf,
     #[command(flatten)]
     pub(crate) footprint: FootprintArgs,

@@ -31,7 +31,8 @@ pub(crate) struct RepairArgs {
     /// The file to write: .glb for an asset, .exr for an .exr, else any format for pictures.
     #[arg(long, short, value_name = "FILE")]
     pub(crate) output: PathBuf,
-    /// The .glb or .gltf that wears the picture: texels in its UV triangles are valid.
+    /// The .glb, .gltf, .obj, .ply or .off that wears the picture: texels in its UV triangles are
+    /// valid.
     #[arg(long, value_name = "FILE")]
     mesh: Option<PathBuf>,
     /// The mesh's UV set for the picture.

@@ -26,6 +26,9 @@ pub(crate) use table::align;
 pub struct BakeReport {
     /// Version of this layout.
     pub schema: u32,
+    /// Hash of all that the outputs follow from: the input, the files that it names, the options and
+    /// the version of this tool. A batch that is resumed skips inputs whose outputs have theirs.
+    pub digest: String,
     /// What went in.
     pub input: InputReport,
     /// The screen that the sizes of the levels are reckoned for.

@@ -1,5 +1,7 @@
 //! The subcommands. Each returns how many of its inputs failed.
 
+mod bake;
+
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -7,7 +9,6 @@ use anyhow::{Result, anyhow, bail};
 
 use seamwise::asset::{Asset, ImageFormat};
 use seamwise::atlas::{encode_repaired, repair_all};
-use seamwise::bake::{self, Input};
 use seamwise::certificate::{largest_sizes, select_level};
 use seamwise::evaluate::Reference;
 use seamwise::evaluate::camera::Rig;
@@ -16,8 +17,6 @@ use seamwise::evaluate::scene::Scene;
 use seamwise::evaluate::sheet::contact_sheet;
 use seamwise::images::{Encoding, encode};
 use seamwise::inspect;
-use seamwise::options::BakeOptions;
-use seamwise::progress::Progress;
 use seamwise::read::read_with;
 use seamwise::repair::{RepairOptions, repair_file};
 use seamwise::report::html::evaluate_page;
@@ -25,56 +24,9 @@ use seamwise::report::pictures::Gallery;
 use seamwise::report::{CandidateReport, EvaluateReport, ReferenceReport, ViewReport};
 use seamwise::write::write_files;
 
-use crate::cli::{
-    BakeArgs, Common, EvaluateArgs, InspectArgs, ReadingArgs, RepairArgs, SelectArgs,
-};
+use crate::cli::{Common, EvaluateArgs, InspectArgs, ReadingArgs, RepairArgs, SelectArgs};
 
-/// Bakes each input; one that fails does not stop the others.
-pub(crate) fn bake(args: &BakeArgs, common: Common, progress: &Progress) -> Result<usize> {
-    let Common { quiet, memory_limit } = common;
-    let options = BakeOptions { memory_limit, ..args.resolve()? };
-    let sample = [Input::Bytes(include_bytes!("../data/sample.glb"), "sample")];
-    let files: Vec<Input<'_>> = args.inputs.iter().map(|path| Input::File(path)).collect();
-    let inputs = if files.is_empty() { sample.as_slice() } else { files.as_slice() };
-    refuse_collisions(inputs, &args.output, &options)?;
-    let mut failed = 0;
-    for input in inputs {
-        match bake::bake(*input, &args.output, &options, progress) {
-            Ok(report) => {
-                warn(quiet, &name(*input), &report.input.missing_images);
-                say(quiet, &format!("{}\n{}", input.stem(), report.to_table()))?;
-            }
-            Err(error) => {
-                failed += 1;
-                eprintln!("seamwise: {}: {error}", name(*input));
-            }
-        }
-    }
-    if failed == inputs.len() {
-        bail!("nothing was baked");
-    }
-    Ok(failed)
-}
-
-/// Makes sure that no output of a batch overwrites another or an input.
-fn refuse_collisions(inputs: &[Input<'_>], folder: &Path, options: &BakeOptions) -> Result<()> {
-    let mut outputs = Vec::new();
-    for input in inputs {
-        let own = input.outputs(folder, options);
-        if let Some(twice) = own.iter().find(|path| outputs.contains(*path)) {
-            bail!("two inputs would write {}: bake them into two folders", twice.display());
-        }
-        outputs.extend(own);
-    }
-    Ok(inputs.iter().try_for_each(|input| input.refuse_overwriting(&outputs))?)
-}
-
-fn name(input: Input<'_>) -> String {
-    match input {
-        Input::File(path) => path.display().to_string(),
-        Input::Bytes(_, name) => name.to_owned(),
-    }
-}
+pub(crate) use bake::bake;
 
 /// Repairs one file.
 pub(crate) fn repair(args: &RepairArgs, common: Common) -> Result<usize> {

@@ -1,0 +1,195 @@
+//! Many inputs, baked some at a time.
+//!
+//! What becomes of one input does not depend on the others, nor on how many are baked at a time: the
+//! files are the same. All of them share the threads that do the work inside a bake, so that more at
+//! a time fill the gaps where a single one waits for its own last part, and take more memory.
+
+mod find;
+mod shard;
+
+use std::any::Any;
+use std::collections::{BTreeMap, BTreeSet};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
+
+use serde_json::Value;
+
+use crate::bake::{Input, bake};
+use crate::digest::digest;
+use crate::error::{Error, Result};
+use crate::options::BakeOptions;
+use crate::progress::Progress;
+use crate::report::BakeReport;
+
+pub use find::find_jobs;
+pub use shard::Shard;
+
+/// An input, and where its outputs go.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Job {
+    /// The folder of the outputs.
+    pub folder: PathBuf,
+    /// The file.
+    pub input: PathBuf,
+}
+
+impl Job {
+    /// The files that it writes.
+    pub fn outputs(&self, options: &BakeOptions) -> Vec<PathBuf> {
+        Input::File(&self.input).outputs(&self.folder, options)
+    }
+
+    /// Whether its outputs are all there, and those of this input, these options and this version.
+    fn is_done(&self, options: &BakeOptions) -> bool {
+        let input = Input::File(&self.input);
+        let there = self.outputs(options).iter().all(|path| path.is_file());
+        there
+            && recorded_digest(&input.report(&self.folder))
+                .is_some_and(|recorded| digest(input, options).is_ok_and(|own| own == recorded))
+    }
+}
+
+/// The hash that a report holds, if it is one.
+fn recorded_digest(report: &Path) -> Option<String> {
+    let report: Value = serde_json::from_slice(&std::fs::read(report).ok()?).ok()?;
+    report["digest"].as_str().map(str::to_owned)
+}
+
+/// How a batch is run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BatchOptions {
+    /// How many inputs are baked at a time.
+    pub jobs: usize,
+    /// Whether inputs are skipped whose outputs are there already.
+    pub resume: bool,
+}
+
+/// What became of an input.
+#[derive(Debug)]
+pub enum Outcome {
+    /// It was baked.
+    Baked(Box<BakeReport>),
+    /// Its outputs were there already.
+    Skipped,
+    /// It could not be baked.
+    Failed(Error),
+}
+
+/// What became of an input, and how long that took.
+#[derive(Debug)]
+pub struct Done {
+    /// What became of it.
+    pub outcome: Outcome,
+    /// Wall time in seconds.
+    pub seconds: f64,
+}
+
+/// Makes sure that no output of a batch overwrites another or an input.
+///
+/// # Errors
+/// [`Error::Options`] with the names of both.
+pub fn refuse_collisions(jobs: &[Job], options: &BakeOptions) -> Result<()> {
+    let mut writers = BTreeMap::new();
+    for job in jobs {
+        for output in job.outputs(options) {
+            if let Some(other) = writers.insert(output.clone(), &job.input) {
+                let what = format!(
+                    "{} and {} would both write {}: bake them into two folders",
+                    other.display(),
+                    job.input.display(),
+                    output.display()
+                );
+                return Err(Error::Options { what });
+            }
+        }
+    }
+    let there = |path: &PathBuf| path.canonicalize().ok();
+    let written: BTreeSet<_> = writers.keys().filter_map(there).collect();
+    let overwritten = |job: &&Job| there(&job.input).is_some_and(|own| written.contains(&own));
+    match jobs.iter().find(overwritten) {
+        Some(Job { input, .. }) => {
+            let what = format!("{} would be overwritten: choose another output", input.display());
+            Err(Error::Options { what })
+        }
+        None => Ok(()),
+    }
+}
+
+/// Bakes each input, several at a time; one that fails does not stop the others. `on_done` hears of
+/// each as it ends. What became of them is told in their order.
+pub fn run(
+    jobs: &[Job],
+    options: &BakeOptions,
+    batch: BatchOptions,
+    progress: &Progress,
+    on_done: impl Fn(&Job, &Done) + Sync,
+) -> Vec<Done> {
+    let next = AtomicUsize::new(0);
+    let ended = Mutex::new(Vec::with_capacity(jobs.len()));
+    progress.stage("batch", jobs.len(), |count| {
+        let work = || {
+            while let Some((at, job)) = take(jobs, &next) {
+                let done = run_job(job, options, batch.resume, progress);
+                on_done(job, &done);
+                count.fetch_add(1, Ordering::Relaxed);
+                ended.lock().unwrap_or_else(PoisonError::into_inner).push((at, done));
+            }
+        };
+        std::thread::scope(|scope| {
+            for _ in 0..batch.jobs.clamp(1, jobs.len().max(1)) {
+                scope.spawn(work);
+            }
+        });
+    });
+    let mut ended = ended.into_inner().unwrap_or_else(PoisonError::into_inner);
+    ended.sort_by_key(|(at, _)| *at);
+    ended.into_iter().map(|(_, done)| done).collect()
+}
+
+/// The next input that nobody has taken.
+fn take<'a>(jobs: &'a [Job], next: &AtomicUsize) -> Option<(usize, &'a Job)> {
+    let at = next.fetch_add(1, Ordering::Relaxed);
+    jobs.get(at).map(|job| (at, job))
+}
+
+/// What a panic has to say.
+fn message(panic: &(dyn Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().copied();
+    let text = text.or_else(|| panic.downcast_ref::<String>().map(String::as_str));
+    format!("a panic: {}", text.unwrap_or("without a word"))
+}
+
+fn run_job(job: &Job, options: &BakeOptions, resume: bool, progress: &Progress) -> Done {
+    let start = Instant::now();
+    let outcome = if resume && job.is_done(options) {
+        Outcome::Skipped
+    } else {
+        let name = job.input.file_name().unwrap_or_default().to_string_lossy();
+        let run =
+            |progress: &Progress| bake(Input::File(&job.input), &job.folder, options, progress);
+        // A mistake of ours that one input brings to light must not cost the others a night.
+        let caught = catch_unwind(AssertUnwindSafe(|| progress.file(&name, run)));
+        match caught {
+            Ok(Ok(report)) => Outcome::Baked(Box::new(report)),
+            Ok(Err(error)) => Outcome::Failed(error),
+            Err(panic) => Outcome::Failed(Error::Internal { what: message(&*panic) }),
+        }
+    };
+    Done { outcome, seconds: start.elapsed().as_secs_f64() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_is_quoted() {
+        let quoted = |panic: fn()| message(&*catch_unwind(panic).unwrap_err());
+        assert_eq!(quoted(|| panic!("plain")), "a panic: plain");
+        assert_eq!(quoted(|| panic!("number {}", std::hint::black_box(7))), "a panic: number 7");
+        assert_eq!(quoted(|| std::panic::panic_any(7)), "a panic: without a word");
+    }
+}
