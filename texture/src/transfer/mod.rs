@@ -88,6 +88,10 @@ pub struct Reading<'a> {
     pub normal_scale: f32,
     /// The same factor as the level will.
     pub level_normal_scale: f32,
+    /// Factor on each channel that is read, colors in linear light; normals have none.
+    pub factor: Vec4,
+    /// What is added to each channel then.
+    pub offset: Vec4,
 }
 
 impl Default for Reading<'_> {
@@ -100,6 +104,8 @@ impl Default for Reading<'_> {
             wrap: [Wrap::default(); 2],
             normal_scale: 1.0,
             level_normal_scale: 1.0,
+            factor: Vec4::ONE,
+            offset: Vec4::ZERO,
         }
     }
 }
