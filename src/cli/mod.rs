@@ -95,6 +95,10 @@ pub(crate) struct BakeArgs {
     /// With transfer: where the levels' textures are laid out.
     #[arg(long, value_enum, default_value_t = AtlasMode::Keep)]
     atlas: AtlasMode,
+    /// With transfer: bake materials into one atlas and one draw call where they agree in alpha mode,
+    /// sides and extensions; the others get a packed atlas of their own. The report tells which and why.
+    #[arg(long, conflicts_with = "atlas")]
+    merge_materials: bool,
     /// With transfer: the side of each level's textures over those of the level before, above 0 and
     /// up to 1. Without it they are as large as it takes where the level is shown.
     #[arg(long, value_name = "S", value_parser = parse_scale)]
@@ -240,6 +244,7 @@ impl BakeArgs {
             textures: match self.textures {
                 TextureMode::Transfer => Textures::Transfer(TransferOptions {
                     atlas: match self.atlas {
+                        _ if self.merge_materials => Atlas::Merged,
                         AtlasMode::Keep => Atlas::Keep,
                         AtlasMode::New => Atlas::New,
                     },

@@ -1,0 +1,126 @@
+//! The images of merged materials: factors and textures of several in one atlas.
+
+use image::{ColorType, DynamicImage};
+use rayon::prelude::*;
+use seamwise_texture::transfer::{Output, Reading};
+
+use super::class::{Class, Folded, FoldedReading};
+use super::make::Original;
+use crate::asset::ImageFormat;
+use crate::dress::MergedMaterial;
+use crate::error::Result;
+use crate::images::encode;
+
+/// Texels along each axis, at most.
+const MOST: usize = 4096;
+/// Texels along each axis that a material without textures adds, squared: enough for the padding
+/// between its charts.
+const PLAIN: f64 = 64.0 * 64.0;
+/// Sides are multiples of this, so that halvings stay whole.
+const STEP: usize = 64;
+/// Texels per length are not below this share of the most of any material.
+const LEAST_DENSITY: f64 = 1.0 / 16.0;
+
+/// How large an atlas is that holds the texels of materials, one entry each and `None` for one without
+/// textures.
+pub(super) fn side(texels: impl Iterator<Item = Option<f64>>) -> usize {
+    let sum: f64 = texels.map(|own| own.unwrap_or(PLAIN)).sum();
+    (sum.sqrt().ceil() as usize).next_multiple_of(STEP).min(MOST)
+}
+
+/// Texels per length of each entry of a layout's charts, over the most of them: as dense as its
+/// material's images are, over the area that wears it. `areas` has one per entry, and so has `texels`,
+/// with `None` where there are no textures: such are as the least dense of all.
+pub(super) fn densities(worn: &[usize], areas: &[f64], texels: &[Option<f64>]) -> Vec<f64> {
+    let density = |at: usize| {
+        let own = areas.iter().zip(worn).filter(|(_, other)| **other == worn[at]);
+        let density = (texels[at]? / own.map(|(area, _)| area).sum::<f64>()).sqrt();
+        density.is_finite().then_some(density)
+    };
+    let densities: Vec<Option<f64>> = (0..worn.len()).map(density).collect();
+    let known = || densities.iter().flatten().copied();
+    let most = known().fold(0.0, f64::max);
+    let least = known().fold(f64::INFINITY, f64::min).min(most);
+    let share = |own: Option<f64>| {
+        let share = own.unwrap_or(least) / most;
+        if share.is_finite() { share.clamp(LEAST_DENSITY, 1.0) } else { 1.0 }
+    };
+    densities.into_iter().map(share).collect()
+}
+
+/// What a class is made of; without a gained normal map if it `gains` none.
+pub(super) fn outputs<'a>(
+    class: &Class,
+    originals: &'a [Original],
+    gains: bool,
+) -> Vec<Output<'a>> {
+    let pictures = class.pictures();
+    let of = |own: &Folded| {
+        let mut is_deep = false;
+        let mut reading = |folded: &FoldedReading| {
+            let &FoldedReading { source, factor, offset } = folded;
+            let plain = Reading { factor, offset, ..Reading::default() };
+            let Some((image, source)) = source else { return plain };
+            let at = pictures.iter().position(|picture| *picture == (image, own.role));
+            let original = at.map(|at| &originals[at]);
+            is_deep |= original.is_some_and(Original::is_deep);
+            Reading {
+                picture: original.map(|original| &original.picture),
+                uv_set: source.uv_set,
+                transform: source.transform,
+                wrap: source.wrap,
+                normal_scale: source.normal_scale,
+                ..plain
+            }
+        };
+        let readings = own.readings.iter().map(|own| Some(reading(own))).collect();
+        Output { role: own.role, readings, color: color(own.channels, is_deep) }
+    };
+    made(class, gains).map(of).collect()
+}
+
+fn color(channels: usize, is_deep: bool) -> ColorType {
+    match (channels, is_deep) {
+        (1, false) => ColorType::L8,
+        (1, true) => ColorType::L16,
+        (4, false) => ColorType::Rgba8,
+        (4, true) => ColorType::Rgba16,
+        (_, false) => ColorType::Rgb8,
+        (_, true) => ColorType::Rgb16,
+    }
+}
+
+fn made(class: &Class, gains: bool) -> impl Iterator<Item = &Folded> {
+    class.outputs.iter().filter(move |own| gains || !own.is_gained)
+}
+
+/// The merged material, of the images that [`outputs`] led to; it keeps a normal map that it gained if
+/// it `gains` one.
+pub(super) fn finish(
+    class: &Class,
+    originals: &[Original],
+    (images, had): (&[DynamicImage], bool),
+    gains: bool,
+) -> Result<MergedMaterial> {
+    let pictures = class.pictures();
+    let of = |(own, image): (&Folded, &DynamicImage)| {
+        let sources = own.readings.iter().filter_map(|own| own.source);
+        let mut formats = sources.map(|(image, _)| {
+            let at = pictures.iter().position(|picture| *picture == (image, own.role));
+            at.map(|at| originals[at].format)
+        });
+        let is_lossy = formats.clone().next().is_some()
+            && formats.all(|format| format == Some(ImageFormat::Jpeg));
+        let is_jpeg = is_lossy && !image.color().has_alpha();
+        let format = if is_jpeg { ImageFormat::Jpeg } else { ImageFormat::Png };
+        Ok((own.places.clone(), encode(image, format)?))
+    };
+    let kept: Vec<(&Folded, &DynamicImage)> =
+        made(class, had).zip(images).filter(|(own, _)| gains || !own.is_gained).collect();
+    Ok(MergedMaterial {
+        materials: class.materials.clone(),
+        json: class.json.clone(),
+        images: kept.into_par_iter().map(of).collect::<Result<_>>()?,
+        has_normals: class.has_normals(gains),
+    })
+}
