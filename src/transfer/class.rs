@@ -187,13 +187,13 @@ struct Fold<'a> {
     outputs: Vec<Folded>,
 }
 
-impl Fold<'_> {
+impl<'a> Fold<'a> {
     fn has(&self, place: &str) -> bool {
         self.looks.iter().any(|look| look.slot(place).is_some())
     }
 
     /// Whether the materials differ in something, or in what a texture shows.
-    fn varies<T: PartialEq>(&self, place: &str, of: impl Fn(&Look<'_>) -> T) -> bool {
+    fn varies<T: PartialEq>(&self, place: &str, of: impl Fn(&Look<'a>) -> T) -> bool {
         self.has(place) || self.looks.iter().any(|look| of(look) != of(&self.looks[0]))
     }
 
@@ -209,7 +209,7 @@ impl Fold<'_> {
     }
 
     fn base_color(&mut self) {
-        if !self.varies(BASE_COLOR, |look| look.base_color()) {
+        if !self.varies(BASE_COLOR, Look::base_color) {
             let color = self.looks[0].base_color();
             self.json["pbrMetallicRoughness"]["baseColorFactor"] = json!(color.to_array());
             return;
@@ -230,7 +230,7 @@ impl Fold<'_> {
         };
         let has_occlusion = self.has(OCCLUSION);
         let is_packed = has_occlusion && self.looks.iter().all(Look::is_packed);
-        if self.varies(METALLIC_ROUGHNESS, |look| look.roughness_metalness()) {
+        if self.varies(METALLIC_ROUGHNESS, Look::roughness_metalness) {
             let places = [METALLIC_ROUGHNESS, OCCLUSION];
             let places = if is_packed { &places[..] } else { &places[..1] };
             self.add(places, (Role::Data, 3), |look| {
@@ -263,7 +263,7 @@ impl Fold<'_> {
     }
 
     fn emission(&mut self) {
-        if self.varies(EMISSIVE, |look| look.emission()) {
+        if self.varies(EMISSIVE, Look::emission) {
             self.json["emissiveFactor"] = json!([1.0, 1.0, 1.0]);
             self.add(&[EMISSIVE], (Role::Color, 3), |look| {
                 look.reading(EMISSIVE, look.emission().extend(0.0), Vec4::W)

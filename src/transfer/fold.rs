@@ -124,3 +124,30 @@ pub(super) fn finish(
         has_normals: class.has_normals(gains),
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_atlas_has_as_many_texels_as_the_images_together_up_to_a_most() {
+        assert_eq!(side([Some(64.0 * 64.0), Some(64.0 * 64.0), None].into_iter()), 128);
+        assert_eq!(side([Some(1e9)].into_iter()), MOST);
+        assert_eq!(side([None].into_iter()), 64);
+    }
+
+    #[test]
+    fn charts_are_as_dense_as_their_images_and_plain_ones_as_the_least() {
+        // Two charts of one material share its texels.
+        let texels = [Some(400.0), Some(400.0), Some(100.0), None];
+        let densities = densities(&[7, 7, 8, 9], &[1.0, 3.0, 4.0, 50.0], &texels);
+        assert_eq!(densities, [1.0, 1.0, 0.5, 0.5]);
+    }
+
+    #[test]
+    fn a_surface_without_area_or_any_image_has_some_density() {
+        assert_eq!(densities(&[1, 2], &[0.0, 1.0], &[Some(9.0), Some(4.0)]), [1.0, 1.0]);
+        assert_eq!(densities(&[1, 2], &[1.0, 2.0], &[None, None]), [1.0, 1.0]);
+        assert_eq!(densities(&[1, 2], &[1.0, 1e9], &[Some(9.0), Some(1.0)]), [1.0, LEAST_DENSITY]);
+    }
+}

@@ -58,9 +58,11 @@ impl Merging {
     ) -> Result<Self> {
         let mut merging = Self::default();
         let mut classes: Vec<(Value, Vec<Look<'_>>)> = Vec::new();
+        let fixed = fixed(asset, surfaces)?;
         for (material, groups) in wearers(asset, surfaces)? {
             let own = &slots[material];
-            if let Some(why) = apart(asset, surfaces, (material, &groups), own)? {
+            let why = fixed.get(&material).copied();
+            if let Some(why) = why.or_else(|| unfit(asset, surfaces, (material, &groups), own)) {
                 merging.apart.insert(material, why);
                 continue;
             }
@@ -104,53 +106,57 @@ fn wearers(asset: &Asset, surfaces: &[Geometry]) -> Result<BTreeMap<usize, Vec<(
     Ok(wearers)
 }
 
+/// Materials that something else refers to: variants, points and lines, animations.
+fn fixed(asset: &Asset, surfaces: &[Geometry]) -> Result<BTreeMap<usize, Apart>> {
+    let mut fixed = BTreeMap::new();
+    animated(asset.json.get("animations").unwrap_or(&Value::Null), &mut fixed);
+    for mesh in 0..asset.count("meshes") {
+        for own in Primitive::of_mesh(asset, mesh)?.iter().filter(|own| !own.is_surface()) {
+            fixed.extend(worn_materials(asset, own)?.into_iter().map(|m| (m, Apart::BeyondCharts)));
+        }
+    }
+    for part in surfaces.iter().flat_map(|surface| &surface.parts) {
+        let worn = worn_materials(asset, &part.primitive)?;
+        if worn.len() > 1 {
+            fixed.extend(worn.into_iter().map(|material| (material, Apart::Variants)));
+        }
+    }
+    Ok(fixed)
+}
+
+/// Materials that a pointer in animations leads to.
+fn animated(json: &Value, found: &mut BTreeMap<usize, Apart>) {
+    match json {
+        Value::String(text) => {
+            let index = text.strip_prefix("/materials/").and_then(|rest| rest.split('/').next());
+            found.extend(index.and_then(|i| i.parse().ok()).map(|i| (i, Apart::Animated)));
+        }
+        Value::Array(list) => list.iter().for_each(|own| animated(own, found)),
+        Value::Object(object) => object.values().for_each(|own| animated(own, found)),
+        _ => {}
+    }
+}
+
 /// Why a material can't be merged with any.
-fn apart(
+fn unfit(
     asset: &Asset,
     surfaces: &[Geometry],
     (material, groups): (usize, &[(usize, u32)]),
     slots: &[TextureSlot],
-) -> Result<Option<Apart>> {
+) -> Option<Apart> {
     let at = format!("/materials/{material}/");
-    let part = |&(surface, group): &(usize, u32)| &surfaces[surface].parts[group as usize];
-    for own in groups.iter().map(part) {
-        if worn_materials(asset, &own.primitive)?.len() > 1 {
-            return Ok(Some(Apart::Variants));
-        }
-    }
-    for mesh in 0..asset.count("meshes") {
-        for own in Primitive::of_mesh(asset, mesh)?.iter().filter(|own| !own.is_surface()) {
-            if worn_materials(asset, own)?.contains(&material) {
-                return Ok(Some(Apart::BeyondCharts));
-            }
-        }
-    }
     let is_core = |slot: &TextureSlot| PLACES.iter().any(|place| slot.at[at.len()..] == **place);
     let anisotropy = asset.json.pointer(&format!("{at}extensions/KHR_materials_anisotropy"));
     let lacks_uvs = |slot: &TextureSlot| {
         let sets = |&(surface, _): &(usize, u32)| surfaces[surface].welded.mesh.layout.uv_sets;
         groups.iter().map(sets).any(|sets| slot.uv_set >= sets)
     };
-    Ok(if names(asset.json.get("animations").unwrap_or(&Value::Null), &at) {
-        Some(Apart::Animated)
-    } else if !slots.iter().all(is_core) || anisotropy.is_some() {
+    if !slots.iter().all(is_core) || anisotropy.is_some() {
         Some(Apart::Extension)
     } else if slots.iter().any(|slot| asset.images[slot.image].is_missing()) {
         Some(Apart::Missing)
-    } else if slots.iter().any(lacks_uvs) {
-        Some(Apart::NoCharts)
     } else {
-        None
-    })
-}
-
-/// Whether a string in the document begins so.
-fn names(json: &Value, start: &str) -> bool {
-    match json {
-        Value::String(text) => text.starts_with(start),
-        Value::Array(list) => list.iter().any(|own| names(own, start)),
-        Value::Object(object) => object.values().any(|own| names(own, start)),
-        _ => false,
+        slots.iter().any(lacks_uvs).then_some(Apart::NoCharts)
     }
 }
 

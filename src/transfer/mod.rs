@@ -8,6 +8,7 @@
 //! makes their images, and `join` tells which primitives can be one then.
 
 mod class;
+mod fates;
 mod fold;
 mod join;
 mod make;
@@ -34,11 +35,12 @@ use crate::limit::MemoryLimit;
 use crate::progress::Progress;
 use crate::prune::Leftovers;
 use crate::tangents::{mesh_tangents, source_tangents};
+pub use fates::{Fate, MaterialTextures, TextureFate};
 use make::{Made, Sheet, Worn, sheets};
 pub use merge::Apart;
 pub(crate) use plan::Plan;
 use plan::UvLayout;
-pub use plan::{Atlas, Fate, MaterialTextures, Shared, TextureFate};
+pub use plan::{Atlas, Shared};
 use relay::relay;
 pub use sizes::Sizes;
 use sizes::{Share, Yardstick, fit, halved};
