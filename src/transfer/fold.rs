@@ -16,16 +16,14 @@ const MOST: usize = 4096;
 /// Texels along each axis that a material without textures adds, squared: enough for the padding
 /// between its charts.
 const PLAIN: f64 = 64.0 * 64.0;
-/// Sides are multiples of this, so that halvings stay whole.
-const STEP: usize = 64;
 /// Texels per length are not below this share of the most of any material.
 const LEAST_DENSITY: f64 = 1.0 / 16.0;
 
 /// How large an atlas is that holds the texels of materials, one entry each and `None` for one without
-/// textures.
+/// textures: a power of two, as mip maps and compressed blocks like it best.
 pub(super) fn side(texels: impl Iterator<Item = Option<f64>>) -> usize {
     let sum: f64 = texels.map(|own| own.unwrap_or(PLAIN)).sum();
-    (sum.sqrt().ceil() as usize).next_multiple_of(STEP).min(MOST)
+    (sum.sqrt().ceil() as usize).min(MOST).next_power_of_two()
 }
 
 /// Texels per length of each entry of a layout's charts, over the most of them: as dense as its
