@@ -24,7 +24,6 @@ use common::shapes::Shape;
 use common::worn::Pictures;
 use common::{Baked, transferred};
 use criterion::{Criterion, Throughput};
-use glam::Affine2;
 use image::{ColorType, RgbImage, imageops::FilterType};
 use seamwise::asset::{Asset, EncodedImage};
 use seamwise::atlas::{encode_repaired, repair_all};
@@ -271,14 +270,7 @@ fn speed(criterion: &mut Criterion) {
     let faces: Vec<Face> = (0..level.triangles.len()).map(face).collect();
     let picture = Picture::new(&Pictures::noise(SIDE as u32).base, Role::Color).expect("an image");
     let wrap = [Wrap::Repeat; 2];
-    let reading = Reading {
-        picture: Some(&picture),
-        uv_set: 0,
-        transform: Affine2::IDENTITY,
-        wrap,
-        normal_scale: 1.0,
-        level_normal_scale: 1.0,
-    };
+    let reading = Reading { picture: Some(&picture), wrap, ..Reading::default() };
     let outputs =
         [Output { role: Role::Color, color: ColorType::Rgb8, readings: vec![Some(reading)] }];
     let job = Job {

@@ -22,6 +22,31 @@ pub struct LevelTextures {
     pub parts: Vec<Vec<PartTextures>>,
     /// Materials whose textures are all read in the first UV set as it is.
     pub relaid: Vec<usize>,
+    /// Materials that stand for several.
+    pub merged: Vec<MergedMaterial>,
+    /// Images of the source that only materials wear that are merged.
+    pub left: Vec<usize>,
+}
+
+/// A material that stands for several of the source.
+#[derive(Clone, Debug)]
+pub struct MergedMaterial {
+    /// Those.
+    pub materials: Vec<usize>,
+    /// The material, without textures.
+    pub json: Value,
+    /// Its images, each with the places in the material where it is a texture, as
+    /// `pbrMetallicRoughness/baseColorTexture`.
+    pub images: Vec<(Vec<&'static str>, EncodedImage)>,
+    /// Whether one of them is a normal map.
+    pub has_normals: bool,
+}
+
+impl MergedMaterial {
+    /// Bytes of its images as files.
+    pub fn bytes(&self) -> usize {
+        self.images.iter().map(|(_, image)| image.bytes.len()).sum()
+    }
 }
 
 /// What the textures of a level ask of a part.
@@ -31,6 +56,8 @@ pub struct PartTextures {
     pub tangents: Option<usize>,
     /// Whether all of its textures are read in the first UV set, so that it needs no other.
     pub is_relaid: bool,
+    /// Parts of a mesh with the same number become one primitive.
+    pub join: Option<usize>,
 }
 
 impl LevelTextures {
@@ -43,8 +70,15 @@ impl LevelTextures {
 
     /// Bytes of all images as files.
     pub fn bytes(&self) -> usize {
+        let own = self.images.iter().enumerate().filter(|(index, _)| !self.left.contains(index));
         let new = self.normals.iter().map(|normals| &normals.image);
-        self.images.iter().chain(new).map(|image| image.bytes.len()).sum()
+        let bytes = own.map(|(_, image)| image).chain(new).map(|image| image.bytes.len());
+        bytes.sum::<usize>() + self.merged.iter().map(MergedMaterial::bytes).sum::<usize>()
+    }
+
+    /// Whether a material is among those that are merged.
+    fn is_merged(&self, material: usize) -> bool {
+        self.merged.iter().any(|own| own.materials.contains(&material))
     }
 }
 
@@ -59,8 +93,8 @@ pub struct NormalMap {
     pub like: String,
 }
 
-/// Dresses the document's own materials.
-pub(crate) fn dress(packer: &mut Packer, textures: &LevelTextures) -> Result<()> {
+/// Dresses the document's own materials; one entry per material of the source, that which stands for it.
+pub(crate) fn dress(packer: &mut Packer, textures: &LevelTextures) -> Result<Vec<usize>> {
     for (index, image) in textures.images.iter().enumerate() {
         packer.set_image(index, image.clone());
     }
@@ -69,8 +103,31 @@ pub(crate) fn dress(packer: &mut Packer, textures: &LevelTextures) -> Result<()>
             packer.json().pointer_mut(&slot.at).into_iter().for_each(read_plainly);
         }
     }
-    let materials: Vec<usize> = (0..packer.asset().count("materials")).collect();
-    add_normals(packer, textures, &materials)
+    let mut materials: Vec<usize> = (0..packer.asset().count("materials")).collect();
+    add_normals(packer, textures, &materials)?;
+    add_merged(packer, textures, &mut materials);
+    Ok(materials)
+}
+
+/// Adds merged materials, and puts them in the place of those that they stand for.
+fn add_merged(packer: &mut Packer, textures: &LevelTextures, materials: &mut [usize]) {
+    const CLAMP: u32 = gltf::json::texture::CLAMP_TO_EDGE;
+    for merged in &textures.merged {
+        let mut json = merged.json.clone();
+        let sampler = json!({"magFilter": 9729, "minFilter": 9987, "wrapS": CLAMP, "wrapT": CLAMP});
+        let sampler = put(packer.json(), "samplers", None, sampler);
+        for (places, image) in &merged.images {
+            let source = packer.add_image(image.clone());
+            let texture = json!({"sampler": sampler, "source": source});
+            let texture = put(packer.json(), "textures", None, texture);
+            for place in places {
+                let at = place.split('/').fold(&mut json, |json, key| &mut json[key]);
+                at["index"] = json!(texture);
+            }
+        }
+        let own = put(packer.json(), "materials", None, json);
+        merged.materials.iter().for_each(|&material| materials[material] = own);
+    }
 }
 
 /// Adds what a level wears beside what the source does: one entry per material of the source, the
@@ -88,7 +145,8 @@ pub(crate) fn dress_apart(
         let mut json = source.json["materials"][material].clone();
         let at = format!("/materials/{material}");
         let mut is_other = gains(material);
-        for slot in slots(source, material)? {
+        let own = if textures.is_merged(material) { Vec::new() } else { slots(source, material)? };
+        for slot in own {
             let texture = source.reference(&slot.at, "index", "textures")?.unwrap_or_default();
             let info = slot.at.strip_prefix(&at).and_then(|own| json.pointer_mut(own));
             if let (Some(info), Some(new)) = (info, new[texture]) {
@@ -103,6 +161,7 @@ pub(crate) fn dress_apart(
         materials.push(own);
     }
     add_normals(packer, textures, &materials)?;
+    add_merged(packer, textures, &mut materials);
     Ok(materials)
 }
 

@@ -18,6 +18,7 @@ use crate::nodes::world_nodes;
 use crate::pack::Packer;
 use crate::parts::LevelPart;
 use crate::primitive::Primitive;
+use crate::prune::prune;
 
 /// One level of a surface, ready to be written.
 #[derive(Clone, Debug)]
@@ -45,10 +46,12 @@ pub struct DressedLevel<'a> {
 pub fn level_asset(asset: &Asset, level: &DressedLevel<'_>) -> Result<Asset> {
     let DressedLevel { meshes, textures } = level;
     let mut packer = Packer::new(asset, &replaced_accessors(asset, meshes)?);
+    let materials = dress(&mut packer, textures)?;
     for surface in meshes {
         for &mesh in &surface.geometry.meshes {
             let source = asset.json["meshes"][mesh]["primitives"].clone();
-            let mut primitives = level_primitives(&mut packer, &source, (surface, mesh), None)?;
+            let own = (surface, mesh);
+            let mut primitives = level_primitives(&mut packer, &source, own, &materials)?;
             if primitives.is_empty() {
                 leave_out(packer.json(), mesh);
                 primitives.push(nothing(&mut packer));
@@ -56,7 +59,8 @@ pub fn level_asset(asset: &Asset, level: &DressedLevel<'_>) -> Result<Asset> {
             packer.json()["meshes"][mesh]["primitives"] = Value::Array(primitives);
         }
     }
-    dress(&mut packer, textures)?;
+    let merged = textures.merged.iter().flat_map(|own| &own.materials);
+    prune(&mut packer, &merged.copied().collect())?;
     Ok(packer.finish())
 }
 
@@ -98,8 +102,7 @@ pub fn chain_asset(
         {
             let mut json = asset.json["meshes"][mesh].clone();
             let own = (surface, mesh);
-            let primitives =
-                level_primitives(&mut packer, &json["primitives"], own, Some(&materials))?;
+            let primitives = level_primitives(&mut packer, &json["primitives"], own, &materials)?;
             let is_left = !primitives.is_empty();
             json["primitives"] = Value::Array(primitives);
             add_suffix(&mut json, level + 1);
@@ -174,12 +177,12 @@ fn collect_accessors(json: &Value, found: &mut BTreeSet<usize>) {
 
 /// The primitives of a mesh with its surface parts replaced; points and lines stay. None at all if a
 /// surface of several meshes has no triangle left in this one. `materials` tells which the level wears
-/// instead of the source's, if they are others.
+/// instead of the source's.
 fn level_primitives(
     packer: &mut Packer,
     source: &Value,
     (surface, mesh): (&LevelMesh<'_>, usize),
-    materials: Option<&[usize]>,
+    materials: &[usize],
 ) -> Result<Vec<Value>> {
     let mut primitives = Vec::new();
     for (index, json) in source.as_array().into_iter().flatten().enumerate() {
@@ -189,7 +192,7 @@ fn level_primitives(
             Some(None) => {}
             Some(Some(part)) => {
                 let mut json = level_primitive(packer, json, part)?;
-                materials.into_iter().for_each(|materials| change_materials(&mut json, materials));
+                change_materials(&mut json, materials);
                 primitives.push(json);
             }
         }

@@ -14,6 +14,7 @@ use serde_json::{Value, json};
 use crate::accessor::Elements;
 use crate::asset::{Asset, EncodedImage};
 use crate::error::{Error, Result};
+use crate::prune::drop_from;
 use crate::quantization;
 use crate::textures::match_formats;
 
@@ -71,6 +72,16 @@ impl Packer {
     /// Replaces an image.
     pub(crate) fn set_image(&mut self, index: usize, image: EncodedImage) {
         self.asset.images[index] = image;
+    }
+
+    /// Takes images out of the document, and their buffer views if nothing else refers to those. Those
+    /// behind them move up.
+    pub(crate) fn drop_images(&mut self, images: &BTreeSet<usize>) {
+        let before = used_views(&self.asset.json);
+        drop_from(&mut self.asset.json, "images", images);
+        let mut index = 0..;
+        self.asset.images.retain(|_| index.next().is_some_and(|index| !images.contains(&index)));
+        self.free_views.extend(before.difference(&used_views(&self.asset.json)));
     }
 
     /// Adds vertex data. Elements are padded to four bytes, as glTF 2.0 §3.6.2.4 asks.

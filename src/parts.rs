@@ -13,6 +13,7 @@ use crate::carry::{Carrier, Footing, blend, copy, skin};
 use crate::dress::PartTextures;
 use crate::error::Result;
 use crate::geometry::{Geometry, Part, is_motion};
+use crate::join::join_parts;
 use crate::skin::Named;
 use crate::tangents::Corners;
 
@@ -28,13 +29,13 @@ pub struct LevelPart {
 }
 
 /// Turns a level back into primitives, one for each part of the source. A part of which no
-/// triangle is left is `None`.
+/// triangle is left is `None`, and so is one that was joined to another before it.
 ///
 /// `textures` has one entry per part: a normal map that is made anew needs the tangents that it is made
 /// for; others have tangents if the source has.
 ///
 /// # Errors
-/// [`Error::Internal`] if the level does not belong to the geometry.
+/// [`Error::Internal`](crate::error::Error::Internal) if the level does not belong to the geometry.
 pub fn level_parts(
     geometry: &Geometry,
     level: &Level,
@@ -42,7 +43,9 @@ pub fn level_parts(
 ) -> Result<Vec<Option<LevelPart>>> {
     let carrier = Carrier::new(geometry, level);
     let part = |(group, own): (usize, &PartTextures)| level_part(&carrier, group, *own);
-    textures.iter().enumerate().map(part).collect()
+    let mut parts = textures.iter().enumerate().map(part).collect::<Result<Vec<_>>>()?;
+    join_parts(&mut parts, textures);
+    Ok(parts)
 }
 
 fn level_part(
@@ -56,7 +59,9 @@ fn level_part(
         return Ok(None);
     }
     let part = &geometry.parts[group];
-    let has_tangents = part.primitive.accessor("TANGENT").is_some();
+    // What is joined has tangents only for a normal map of its own.
+    let is_joined = textures.join.is_some();
+    let has_tangents = part.primitive.accessor("TANGENT").is_some() && !is_joined;
     let set = textures.tangents.or(has_tangents.then_some(part.normal_uv));
     let tangents = match set {
         Some(set) => corners.tangents(&level.mesh, set)?,
@@ -73,6 +78,9 @@ fn level_part(
         .collect();
     let mut names: Vec<&str> =
         part.primitive.attributes.iter().map(|(name, _)| name.as_str()).collect();
+    if is_joined {
+        names.retain(|name| *name != "TANGENT");
+    }
     if set.is_some() && !has_tangents {
         names.push("TANGENT");
     }
@@ -83,7 +91,12 @@ fn level_part(
     let made = |name: &str| (name.to_owned(), attribute(name, part, level, &vertices, &carried));
     Ok(Some(LevelPart {
         attributes: names.into_iter().map(made).collect(),
-        targets: (0..part.targets.len()).map(|index| target(part, index, &footings)).collect(),
+        targets: (0..part.targets.len())
+            .map(|index| target(part, index, &footings))
+            .map(|own| {
+                own.into_iter().filter(|(name, _)| !(is_joined && name == "TANGENT")).collect()
+            })
+            .collect(),
         indices: vertices.indices,
     }))
 }

@@ -103,6 +103,7 @@ fn the_options_of_the_design_are_there() {
         "--view-from",
         "--no-polish",
         "--textures",
+        "--merge-materials",
         "--no-evaluate",
         "--report",
     ] {

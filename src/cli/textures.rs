@@ -16,6 +16,10 @@ pub(super) struct TextureArgs {
     /// With transfer, where the levels' textures are laid out; keep if not given.
     #[arg(long, value_enum)]
     atlas: Option<AtlasMode>,
+    /// With transfer, bake materials into one atlas and one draw call where they agree in alpha mode,
+    /// sides and extensions; the others get a packed atlas of their own. The report tells which and why.
+    #[arg(long, conflicts_with = "atlas")]
+    merge_materials: bool,
     /// With transfer, the side of each level's textures over those of the level before, above 0 and
     /// up to 1. Without it they are as large as it takes where the level is shown.
     #[arg(long, value_name = "S", value_parser = parse_scale)]
@@ -116,6 +120,7 @@ impl TextureArgs {
         };
         let given = [
             ("--atlas", self.atlas.is_some()),
+            ("--merge-materials", self.merge_materials),
             ("--texture-scale", self.texture_scale.is_some()),
             ("--budget", self.budget.is_some()),
             ("--texture-format", self.texture_format.is_some()),
@@ -134,6 +139,7 @@ impl TextureArgs {
         let default = TransferOptions::default();
         TransferOptions {
             atlas: match self.atlas {
+                _ if self.merge_materials => Atlas::Merged,
                 Some(AtlasMode::New) => Atlas::New,
                 Some(AtlasMode::Keep) | None => Atlas::Keep,
             },

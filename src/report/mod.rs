@@ -79,6 +79,8 @@ pub struct LevelReport {
     pub wedges: usize,
     /// Root of the largest area-weighted cost of a collapse, in the units of the file.
     pub error: f64,
+    /// Triangle primitives of its meshes.
+    pub draw_calls: usize,
     /// Bytes of the images that it wears, as files.
     pub texture_bytes: usize,
     /// Whether the target was reached.
@@ -130,7 +132,8 @@ impl BakeReport {
         let mut rows = vec![header("level")];
         rows.extend(self.rows());
         let mut text = align(&rows);
-        for line in self.misses().into_iter().chain(self.shared_textures()) {
+        let textures = self.shared_textures().into_iter().chain(self.apart());
+        for line in self.misses().into_iter().chain(textures) {
             text += &format!("{line}\n");
         }
         let s = &self.seconds;
@@ -170,9 +173,19 @@ impl BakeReport {
     fn shared_textures(&self) -> Vec<String> {
         let line = |own: &MaterialTextures| {
             let why = own.textures.iter().find_map(|texture| texture.why.as_ref())?;
-            let number = own.material.to_string();
-            let name = own.name.as_ref().unwrap_or(&number);
-            Some(format!("material {name} shares textures with its source: {why}"))
+            Some(format!("material {} shares textures with its source: {why}", own.called()))
+        };
+        self.materials.iter().filter_map(line).collect()
+    }
+
+    /// A line for each material that is not merged, or not with all others, with the reason.
+    fn apart(&self) -> Vec<String> {
+        let line = |own: &MaterialTextures| {
+            let why = own.apart.as_ref()?;
+            Some(match own.merged.is_empty() {
+                true => format!("material {} is not merged: {why}", own.called()),
+                false => format!("a primitive of material {} is not joined: {why}", own.called()),
+            })
         };
         self.materials.iter().filter_map(line).collect()
     }

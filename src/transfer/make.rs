@@ -4,16 +4,20 @@ use std::sync::atomic::AtomicUsize;
 
 use image::{ColorType, DynamicImage, GenericImageView, ImageDecoder};
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 use seamwise_attr::Mesh;
 use seamwise_texture::transfer::{Job, Output, Pair, Picture, Reading, Transferred, transfer};
 use seamwise_texture::{Role, Validity, repair};
 
+use super::class::Class;
 use super::plan::{Charts, ImageUse, NewNormals, SourceReading, UvLayout, faces};
+use super::sizes::Yardstick;
 use super::store::store;
-use super::{BakeNormals, Origin, Plan, TransferOptions};
-use crate::asset::EncodedImage;
-use crate::dress::NormalMap;
+use super::{BakeNormals, Origin, Plan, TransferOptions, fold};
+use crate::asset::{EncodedImage, ImageFormat};
+use crate::dress::{MergedMaterial, NormalMap};
 use crate::error::{Error, Result};
+use crate::geometry::Geometry;
 use crate::images::{decode, open};
 use crate::limit::MemoryLimit;
 
@@ -33,6 +37,8 @@ pub(super) struct Sheet<'a> {
     pub(super) layout: &'a UvLayout,
     /// Width and height of the source's images.
     pub(super) size: [usize; 2],
+    /// One per entry of the charts of a merged material: texels of the images it is made of, if any.
+    pub(super) texels: Vec<Option<f64>>,
     images: Vec<&'a ImageUse>,
     /// Normal maps that take this size.
     normals: Vec<&'a NewNormals>,
@@ -45,6 +51,7 @@ pub(super) struct Made {
     /// With what they replace.
     pub(super) images: Vec<(usize, EncodedImage)>,
     pub(super) normals: Vec<NormalMap>,
+    pub(super) merged: Option<MergedMaterial>,
 }
 
 impl Made {
@@ -52,7 +59,7 @@ impl Made {
     pub(super) fn bytes(&self) -> usize {
         let old = self.images.iter().map(|(_, image)| image.bytes.len());
         let new = self.normals.iter().map(|own| own.image.bytes.len());
-        old.chain(new).sum()
+        old.chain(new).sum::<usize>() + self.merged.as_ref().map_or(0, MergedMaterial::bytes)
     }
 }
 
@@ -65,12 +72,16 @@ pub(super) fn sheets<'a>(
     let mut sheets: Vec<Sheet<'a>> = Vec::new();
     for layout in &plan.layouts {
         let first = sheets.len();
+        if let Some(class) = &layout.class {
+            sheets.push(merged_sheet(origin, layout, class)?);
+        }
         for own in &layout.images {
             let size = header_size(&origin.asset.images[own.image], own.image, origin.limit)?;
             let known = sheets[first..].iter().position(|sheet| sheet.size == size);
             let at = known.map_or(sheets.len(), |at| first + at);
             if at == sheets.len() {
-                sheets.push(Sheet { layout, size, images: Vec::new(), normals: Vec::new() });
+                let (images, normals, texels) = (Vec::new(), Vec::new(), Vec::new());
+                sheets.push(Sheet { layout, size, texels, images, normals });
             }
             sheets[at].images.push(own);
             if options.bake_normals != BakeNormals::Off {
@@ -80,6 +91,23 @@ pub(super) fn sheets<'a>(
         }
     }
     Ok(sheets)
+}
+
+/// The sheet of a merged material, as large as the images together that it is made of.
+fn merged_sheet<'a>(origin: &Origin<'_>, layout: &'a UvLayout, class: &Class) -> Result<Sheet<'a>> {
+    let mut most: FxHashMap<usize, f64> = FxHashMap::default();
+    for output in &class.outputs {
+        for (material, folded) in class.worn.iter().zip(&output.readings) {
+            let Some((image, _)) = folded.source else { continue };
+            let [width, height] = header_size(&origin.asset.images[image], image, origin.limit)?;
+            let most = most.entry(*material).or_default();
+            *most = most.max((width * height) as f64);
+        }
+    }
+    let of = |material: &usize| most.get(material).copied();
+    let side = fold::side(class.materials.iter().map(of));
+    let texels = class.worn.iter().map(of).collect();
+    Ok(Sheet { layout, size: [side; 2], texels, images: Vec::new(), normals: Vec::new() })
 }
 
 fn header_size(image: &EncodedImage, index: usize, limit: MemoryLimit) -> Result<[usize; 2]> {
@@ -96,27 +124,65 @@ fn header_size(image: &EncodedImage, index: usize, limit: MemoryLimit) -> Result
 /// An image of the source, ready to be read.
 pub(super) struct Original {
     color: ColorType,
+    pub(super) format: ImageFormat,
     pub(super) picture: Picture,
 }
 
+impl Original {
+    /// Whether it has more than eight bits per channel.
+    pub(super) fn is_deep(&self) -> bool {
+        self.color.bytes_per_pixel() > self.color.channel_count()
+    }
+}
+
 impl Sheet<'_> {
+    /// The source's images, each with what its texels mean.
+    fn pictures(&self) -> Vec<(usize, Role)> {
+        match &self.layout.class {
+            Some(class) => class.pictures(),
+            None => self.images.iter().map(|own| (own.image, own.role)).collect(),
+        }
+    }
+
     /// The source's images.
     pub(super) fn originals(&self, origin: &Origin<'_>) -> Result<Vec<Original>> {
-        let read = |own: &&ImageUse| {
-            let at = format!("/images/{}", own.image);
+        let read = |(index, role): (usize, Role)| {
+            let at = format!("/images/{index}");
+            let image = &origin.asset.images[index];
             let decoded;
-            let texels = match &origin.repairs[own.image].result {
+            let texels = match &origin.repairs[index].result {
                 Ok(repaired) => &repaired.texels,
                 Err(_) => {
-                    decoded = decode(&origin.asset.images[own.image], &at, origin.limit)?;
+                    decoded = decode(image, &at, origin.limit)?;
                     &decoded
                 }
             };
-            let picture = Picture::new(texels, own.role);
+            let picture = Picture::new(texels, role);
             let picture = picture.map_err(|error| Error::invalid(&at, error.to_string()))?;
-            Ok(Original { color: texels.color(), picture })
+            Ok(Original { color: texels.color(), format: image.format, picture })
         };
-        self.images.par_iter().map(read).collect()
+        self.pictures().into_par_iter().map(read).collect()
+    }
+
+    /// The charts that show each of the source's images.
+    pub(super) fn shown(&self) -> Vec<Vec<Charts>> {
+        let charts = &self.layout.charts;
+        let of = |picture: (usize, Role)| match &self.layout.class {
+            Some(class) => {
+                let is_shown = |at: &usize| class.shows(*at, picture);
+                (0..charts.len()).filter(is_shown).map(|at| charts[at]).collect()
+            }
+            None => charts.clone(),
+        };
+        self.pictures().into_iter().map(of).collect()
+    }
+
+    /// Texels per length of each entry of the charts; all 1 if it is empty.
+    pub(super) fn densities(&self, yardstick: &Yardstick, surfaces: &[Geometry]) -> Vec<f64> {
+        let Some(class) = &self.layout.class else { return Vec::new() };
+        let area = |charts| yardstick.worn_area(surfaces, std::slice::from_ref(charts));
+        let areas: Vec<f64> = self.layout.charts.iter().map(area).collect();
+        fold::densities(&class.worn, &areas, &self.texels)
     }
 
     /// Makes the images for one level, `size` texels large. `rows` counts those that are done.
@@ -129,7 +195,12 @@ impl Sheet<'_> {
         rows: &AtomicUsize,
     ) -> Result<Made> {
         let (wrap, is_in_place) = (self.layout.wrap, !self.layout.is_new);
-        let outputs = self.outputs(originals);
+        let class = self.layout.class.as_ref();
+        let gains = options.bake_normals != BakeNormals::Off;
+        let outputs = match class {
+            Some(class) => fold::outputs(class, originals, gains),
+            None => self.outputs(originals),
+        };
         let faces = faces(&self.layout.charts, &worn.meshes);
         let (pairs, faces, outputs) = (&worn.pairs[..], &faces[..], &outputs[..]);
         let job = Job { pairs, faces, size, wrap, is_in_place, outputs };
@@ -140,13 +211,19 @@ impl Sheet<'_> {
             Ok(image)
         };
         let filled = images.into_par_iter().zip(outputs).map(fill).collect::<Result<Vec<_>>>()?;
-        let (old, new) = filled.split_at(self.images.len());
+        let is_lost = options.bake_normals == BakeNormals::On || normal_degrees_rms >= LOST;
         let format = (options.format, options.quality);
+        if let Some(class) = class {
+            let (had, gains) = (gains, gains && is_lost);
+            let merged = fold::finish(class, originals, (&filled, had), gains, format)?;
+            let (images, normals) = (Vec::new(), Vec::new());
+            return Ok(Made { size, images, normals, merged: Some(merged) });
+        }
+        let (old, new) = filled.split_at(self.images.len());
         let finish = |(own, image): (&&ImageUse, &DynamicImage)| {
             let before = &origin.asset.images[own.image];
             Ok((own.image, store(image, own.role, Some(before), format)?))
         };
-        let is_lost = options.bake_normals == BakeNormals::On || normal_degrees_rms >= LOST;
         let gain = |(normals, image): (&&NewNormals, &DynamicImage)| {
             let (materials, like) = (normals.materials.clone(), normals.like.clone());
             Ok(NormalMap { image: store(image, Role::Normal, None, format)?, materials, like })
@@ -158,6 +235,7 @@ impl Sheet<'_> {
                 true => self.normals.par_iter().zip(new).map(gain).collect::<Result<_>>()?,
                 false => Vec::new(),
             },
+            merged: None,
         })
     }
 
@@ -168,7 +246,8 @@ impl Sheet<'_> {
             let reading = |reading: &Option<SourceReading>| {
                 let SourceReading { uv_set, transform, wrap, normal_scale } = (*reading)?;
                 let (picture, level_normal_scale) = (Some(&original.picture), normal_scale);
-                Some(Reading { picture, uv_set, transform, wrap, normal_scale, level_normal_scale })
+                let own = Reading { picture, uv_set, transform, wrap, ..Reading::default() };
+                Some(Reading { normal_scale, level_normal_scale, ..own })
             };
             let readings = own.readings.iter().map(reading).collect();
             Output { role: own.role, color: original.color, readings }

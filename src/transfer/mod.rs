@@ -3,8 +3,16 @@
 //! Which images can be made anew is told by `plan`: those whose charts lie apart in the image. The
 //! others are shared by all levels, filled like in a repair. Lit materials without a normal map may
 //! gain one, with the shape that a level has lost. How large the images are is told by `sizes`.
+//!
+//! Materials that agree in what an atlas does not hold can become one: `merge` tells which, `class` how, `fold`
+//! makes their images, and `join` tells which primitives can be one then.
 
+mod class;
+mod fates;
+mod fold;
+mod join;
 mod make;
+mod merge;
 mod plan;
 mod relay;
 mod sides;
@@ -27,10 +35,13 @@ use crate::geometry::Geometry;
 use crate::images::Encoding;
 use crate::limit::MemoryLimit;
 use crate::progress::Progress;
+use crate::prune::Leftovers;
+pub use fates::{Fate, MaterialTextures, TextureFate};
 use make::{Made, Sheet, Worn, sheets};
+pub use merge::Apart;
 pub(crate) use plan::Plan;
-pub use plan::{Atlas, Fate, MaterialTextures, Shared, TextureFate};
-use plan::{NewNormals, UvLayout};
+use plan::UvLayout;
+pub use plan::{Atlas, Shared};
 use relay::relay;
 use sides::{Tags, level_tags, source_tags, sources};
 pub use sizes::Sizes;
@@ -117,7 +128,7 @@ pub(crate) fn transfer_all(
     let yardstick = Yardstick::new(asset, surfaces, &distances, &origin.screen)?;
     let sheets = sheets(origin, plan, options)?;
     let mut sizes = first_sizes(&sheets, &yardstick, surfaces, options.sizes);
-    let relaid = relay_all(&sheets, &mut sizes, chains, &yardstick)?;
+    let relaid = relay_all(&sheets, &mut sizes, chains, (&yardstick, surfaces))?;
     let worn = meshes_by_level(relaid.as_deref().unwrap_or(chains));
     let sets = plan.level_sets(surfaces, |_| options.bake_normals != BakeNormals::Off);
     let tags: Vec<Vec<Tags>> = (0..worn.len())
@@ -198,7 +209,7 @@ fn relay_all(
     sheets: &[Sheet<'_>],
     sizes: &mut SheetSizes,
     chains: &[Vec<Level>],
-    yardstick: &Yardstick,
+    (yardstick, sources): (&Yardstick, &[Geometry]),
 ) -> Result<Option<Chains>> {
     if !sheets.iter().any(|sheet| sheet.layout.is_new) {
         return Ok(None);
@@ -214,7 +225,9 @@ fn relay_all(
                 continue;
             }
             let side = sizes.iter().flat_map(|sizes| sizes[level]).max().unwrap_or(1);
-            let times = relay(own[0].layout, &mut surfaces, yardstick.stretches(), side)?;
+            let density = own[0].densities(yardstick, sources);
+            let layout = (own[0].layout, &density[..]);
+            let times = relay(layout, &mut surfaces, yardstick.stretches(), side)?;
             for sizes in sizes {
                 sizes[level] = sizes[level].map(|side| side * times);
             }
@@ -303,9 +316,9 @@ impl Stage<'_> {
         let mut shares = Vec::new();
         for (sheet, made) in self.sheets.iter().zip(made) {
             let surfaces = self.origin.surfaces;
-            let area = self.yardstick.share(surfaces, &sheet.layout.charts);
             let mut details: Vec<f64> = Vec::new();
-            for original in sheet.originals(self.origin)? {
+            for (original, charts) in sheet.originals(self.origin)?.iter().zip(sheet.shown()) {
+                let area = self.yardstick.share(surfaces, &charts);
                 let own = original.picture.details();
                 details.resize(own.len(), 0.0);
                 details.iter_mut().zip(own).for_each(|(sum, lost)| *sum += area * lost);
@@ -323,26 +336,39 @@ impl Stage<'_> {
     fn dress(&self, plan: &Plan, made: Vec<Vec<Made>>) -> Result<Vec<LevelTextures>> {
         let surfaces = self.origin.surfaces;
         let shared = LevelTextures::shared(self.origin.images, surfaces);
-        let mut levels = vec![shared; self.levels.len()];
+        let merged = plan.classes().flat_map(|class| class.materials.iter().copied()).collect();
+        let left = Leftovers::of(self.origin.asset, &merged)?.images.into_iter().collect();
+        let mut levels = vec![LevelTextures { left, ..shared }; self.levels.len()];
         for sheet in made {
             for (level, made) in levels.iter_mut().zip(sheet) {
                 for (index, image) in made.images {
                     level.images[index] = image;
                 }
                 level.normals.extend(made.normals);
+                level.merged.extend(made.merged);
             }
         }
         let relaid: Vec<&UvLayout> = plan.layouts.iter().filter(|layout| layout.is_new).collect();
         for level in &mut levels {
-            let like: Vec<&String> = level.normals.iter().map(|own| &own.like).collect();
-            let has = |own: &NewNormals| like.contains(&&own.like);
-            for (own, sets) in level.parts.iter_mut().zip(plan.level_sets(surfaces, has)) {
-                own.iter_mut().zip(sets).for_each(|(part, set)| part.tangents = set);
+            let gaining = level.normals.iter().flat_map(|own| own.materials.iter().copied());
+            let merged =
+                level.merged.iter().filter(|own| own.has_normals).map(|own| own.materials[0]);
+            let gaining: Vec<usize> = gaining.chain(merged).collect();
+            let sets = plan.level_sets(surfaces, |material| gaining.contains(&material));
+            for (own, (sets, joins)) in
+                level.parts.iter_mut().zip(sets.iter().zip(&plan.joins.numbers))
+            {
+                for (part, (set, join)) in own.iter_mut().zip(sets.iter().zip(joins)) {
+                    (part.tangents, part.join) = (*set, *join);
+                }
             }
-            for charts in relaid.iter().flat_map(|layout| &layout.charts) {
+            for (layout, charts) in relaid.iter().flat_map(|l| l.charts.iter().map(move |c| (l, c)))
+            {
                 let part = &surfaces[charts.surface].parts[charts.group as usize];
                 level.parts[charts.surface][charts.group as usize].is_relaid = true;
-                level.relaid.extend(worn_materials(self.origin.asset, &part.primitive)?);
+                if layout.class.is_none() {
+                    level.relaid.extend(worn_materials(self.origin.asset, &part.primitive)?);
+                }
             }
         }
         Ok(levels)

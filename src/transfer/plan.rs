@@ -1,12 +1,15 @@
 //! Which images of an asset a transfer can make anew, where, and which it must leave.
 
+use std::collections::BTreeMap;
+
 use glam::Affine2;
 use seamwise_attr::Mesh;
 use seamwise_texture::transfer::Face;
 use seamwise_texture::{Role, Wrap};
-use serde::Serialize;
-use serde_json::Value;
 
+use super::class::Class;
+use super::join::Joins;
+use super::merge::{Apart, Merging};
 use super::uses::{Used, uses, worn_together};
 use crate::asset::Asset;
 use crate::atlas::{material_slots, worn_materials};
@@ -41,6 +44,18 @@ pub(crate) struct UvLayout {
     pub(crate) images: Vec<ImageUse>,
     /// Whether the level's charts are laid out anew.
     pub(crate) is_new: bool,
+    /// What materials become that are merged; it has images of its own then.
+    pub(crate) class: Option<Class>,
+}
+
+impl UvLayout {
+    /// How the source reads what an entry of the charts wears, if that is an image.
+    pub(crate) fn reading(&self, chart: usize) -> Option<SourceReading> {
+        let images = self.images.iter().filter_map(|own| own.readings[chart]);
+        let outputs = self.class.iter().flat_map(|class| &class.outputs);
+        let folded = outputs.filter_map(|own| Some(own.readings[chart].source?.1));
+        images.chain(folded).next()
+    }
 }
 
 /// An image of a layout.
@@ -108,6 +123,8 @@ pub enum Atlas {
     Keep,
     /// In an atlas of their own, one for each set of images that the same triangles wear.
     New,
+    /// The same, with materials merged into one where an atlas holds all that they differ in.
+    Merged,
 }
 
 /// What becomes of each image.
@@ -117,81 +134,38 @@ pub(crate) struct Plan {
     pub(crate) normals: Vec<NewNormals>,
     /// One per image; `None` if it is made anew.
     pub(crate) shared: Vec<Option<Shared>>,
-}
-
-/// What becomes of the textures of a material.
-#[derive(Clone, Debug, Serialize)]
-pub struct MaterialTextures {
-    /// Its index.
-    pub material: usize,
-    /// Its name, if it has one.
-    pub name: Option<String>,
-    /// Its textures.
-    pub textures: Vec<TextureFate>,
-}
-
-/// What becomes of a texture.
-#[derive(Clone, Debug, Serialize)]
-pub struct TextureFate {
-    /// Its place in the material.
-    pub texture: String,
-    /// Its image.
-    pub image: usize,
-    /// Where each level's own texels lie.
-    pub fate: Fate,
-    /// Why it is shared, if it is.
-    pub why: Option<String>,
-}
-
-/// Where the texels of a level's texture lie.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Fate {
-    /// Where the source's are.
-    InPlace,
-    /// In a new atlas.
-    NewAtlas,
-    /// In the source's image, which all levels share.
-    Shared,
+    /// Why materials stay by themselves, where they are to be merged.
+    pub(crate) apart: BTreeMap<usize, Apart>,
+    /// What parts become one primitive, one entry per surface and part.
+    pub(crate) joins: Joins,
 }
 
 impl Plan {
-    /// What becomes of the textures of each material.
-    pub(crate) fn fates(&self, asset: &Asset) -> Result<Vec<MaterialTextures>> {
-        let fate = |slot: &TextureSlot| {
-            let is_own =
-                |layout: &&UvLayout| layout.images.iter().any(|own| own.image == slot.image);
-            match self.layouts.iter().find(is_own) {
-                Some(layout) if layout.is_new => Fate::NewAtlas,
-                Some(_) => Fate::InPlace,
-                None => Fate::Shared,
-            }
-        };
-        let materials = material_slots(asset)?.into_iter().enumerate();
-        let textures = materials.map(|(material, slots)| {
-            let at = format!("/materials/{material}");
-            let name = asset.json.pointer(&format!("{at}/name"));
-            let textures = slots.iter().map(|slot| TextureFate {
-                texture: slot.at.trim_start_matches(&at).trim_start_matches('/').to_owned(),
-                image: slot.image,
-                fate: fate(slot),
-                why: self.shared[slot.image].map(|why| why.to_string()),
-            });
-            let textures = textures.collect();
-            let name = name.and_then(Value::as_str).map(str::to_owned);
-            MaterialTextures { material, name, textures }
-        });
-        Ok(textures.filter(|own| !own.textures.is_empty()).collect())
+    /// The materials that are made of several.
+    pub(crate) fn classes(&self) -> impl Iterator<Item = &Class> {
+        self.layouts.iter().filter_map(|layout| layout.class.as_ref())
     }
 
     /// Looks at who wears which image where.
     pub(crate) fn new(asset: &Asset, surfaces: &[Geometry], atlas: Atlas) -> Result<Self> {
-        let uses = uses(asset, surfaces)?;
+        let mut slots = material_slots(asset)?;
+        let mut merging = Merging::default();
+        if atlas == Atlas::Merged {
+            merging = Merging::new(asset, surfaces, &slots)?;
+            merging
+                .classes()
+                .flat_map(|class| &class.materials)
+                .for_each(|&own| slots[own].clear());
+        }
+        let uses = uses(asset, surfaces, &slots)?;
         let mut plan = match atlas {
             Atlas::Keep => Self::in_place(uses, surfaces),
-            Atlas::New => Self::anew(&uses),
+            Atlas::New | Atlas::Merged => Self::anew(&uses),
         };
-        plan.add_normals(asset, surfaces)?;
+        plan.add_normals(asset, surfaces, &slots)?;
+        plan.layouts.extend(merging.layouts);
+        plan.apart = merging.apart;
+        plan.joins = Joins::new(asset, surfaces, &plan.layouts);
         Ok(plan)
     }
 
@@ -215,7 +189,13 @@ impl Plan {
         match self.layouts.iter_mut().find(same) {
             Some(layout) => layout.images.push(own),
             None => {
-                self.layouts.push(UvLayout { charts, wrap, images: vec![own], is_new: false });
+                self.layouts.push(UvLayout {
+                    charts,
+                    wrap,
+                    images: vec![own],
+                    is_new: false,
+                    class: None,
+                });
             }
         }
     }
@@ -247,14 +227,20 @@ impl Plan {
                 images: images.iter().map(own).collect(),
                 charts: groups.iter().map(anew).collect(),
                 is_new: true,
+                class: None,
             });
         }
         plan
     }
 
     /// Plans a normal map for each lit material without one, where one of its images is made anew.
-    fn add_normals(&mut self, asset: &Asset, surfaces: &[Geometry]) -> Result<()> {
-        for (material, slots) in material_slots(asset)?.iter().enumerate() {
+    fn add_normals(
+        &mut self,
+        asset: &Asset,
+        surfaces: &[Geometry],
+        slots: &[Vec<TextureSlot>],
+    ) -> Result<()> {
+        for (material, slots) in slots.iter().enumerate() {
             let at = format!("/materials/{material}");
             let has = |key: &str| asset.json.pointer(&format!("{at}/{key}")).is_some();
             if has("normalTexture") || has("extensions/KHR_materials_unlit") {
@@ -297,16 +283,22 @@ impl Plan {
     }
 
     /// One per surface and part: the UV set by whose tangents a level reads a normal map that is made
-    /// anew. `has` tells which of the planned ones are.
+    /// anew. `gains` tells which materials gain one.
     pub(crate) fn level_sets(
         &self,
         surfaces: &[Geometry],
-        has: impl Fn(&NewNormals) -> bool,
+        gains: impl Fn(usize) -> bool,
     ) -> Vec<Vec<Option<usize>>> {
         let mut sets = no_sets(surfaces);
-        let made = self.normals.iter().filter(|own| has(own)).map(|normals| &normals.charts);
+        let gained = self.normals.iter().filter(|own| gains(own.materials[0]));
+        let made = gained.map(|normals| &normals.charts);
         let old = self.normal_maps().map(|(layout, _)| &layout.charts);
-        for charts in old.chain(made).flatten() {
+        let has = |layout: &&UvLayout| {
+            let class = layout.class.as_ref();
+            class.is_some_and(|class| class.has_normals(gains(class.materials[0])))
+        };
+        let merged = self.layouts.iter().filter(has).map(|layout| &layout.charts);
+        for charts in old.chain(made).chain(merged).flatten() {
             sets[charts.surface][charts.group as usize] = Some(charts.uv_set);
         }
         sets
@@ -319,6 +311,15 @@ impl Plan {
             for (charts, reading) in layout.charts.iter().zip(&own.readings) {
                 if let Some(reading) = reading {
                     sets[charts.surface][charts.group as usize] = Some(reading.uv_set);
+                }
+            }
+        }
+        let merged = self.layouts.iter().filter_map(|own| Some((own, own.class.as_ref()?)));
+        for (layout, class) in merged {
+            for own in class.outputs.iter().filter(|own| own.role == Role::Normal) {
+                for (charts, folded) in layout.charts.iter().zip(&own.readings) {
+                    let set = folded.source.map(|(_, reading)| reading.uv_set);
+                    sets[charts.surface][charts.group as usize] = set;
                 }
             }
         }

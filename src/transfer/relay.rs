@@ -18,17 +18,20 @@ const LEAST_PADDING: usize = 2;
 const MOST_TIMES: usize = 64;
 
 /// Lays the triangles of a layout out anew on a level, one entry per surface, in an atlas of `side`
-/// texels along each axis. `stretches` has the lengths in the scene over those of each surface's mesh.
-/// Returns how many times larger the atlas must be to hold all charts.
+/// texels along each axis. `density` has the texels per length of each entry of its charts, 1 where it
+/// is empty, and `stretches` the lengths in the scene over those of each surface's mesh. Returns how many times larger the atlas must be to hold all charts.
 ///
 /// # Errors
 /// [`Error::Unsupported`] if no atlas holds them.
 pub(super) fn relay(
-    layout: &UvLayout,
+    (layout, density): (&UvLayout, &[f64]),
     levels: &mut [Level],
     stretches: &[f64],
     side: usize,
 ) -> Result<usize> {
+    for charts in &layout.charts {
+        add_uvs(&mut levels[charts.surface].mesh);
+    }
     let gathered = Gathered::new(layout, levels, stretches);
     let mesh = UvMesh {
         positions: &gathered.positions,
@@ -40,7 +43,7 @@ pub(super) fn relay(
     loop {
         let size = side * times;
         let padding = ((size as f64 * PADDING).round() as usize).max(LEAST_PADDING);
-        match repack(&mesh, &RepackOptions { size, padding, density: Vec::new() }) {
+        match repack(&mesh, &RepackOptions { size, padding, density: density.to_vec() }) {
             Ok(repacked) => {
                 gathered.apply(&repacked, levels);
                 return Ok(times);
@@ -52,6 +55,18 @@ pub(super) fn relay(
             }
         }
     }
+}
+
+/// Gives a mesh without UVs a set of them.
+fn add_uvs(mesh: &mut Mesh) {
+    let width = mesh.layout.len();
+    if mesh.layout.uv_sets > 0 {
+        return;
+    }
+    mesh.layout.uv_sets = 1;
+    let row =
+        |wedge: usize| [&[0.0; 2], &mesh.attributes[wedge * width..(wedge + 1) * width]].concat();
+    mesh.attributes = (0..mesh.wedge_points.len()).flat_map(row).collect();
 }
 
 /// The triangles of a layout, of all surfaces together.
@@ -72,15 +87,17 @@ impl Gathered {
         let mut gathered = Self::default();
         let mut known: FxHashMap<(usize, WedgeId), u32> = FxHashMap::default();
         for (index, charts) in layout.charts.iter().enumerate() {
-            let readings = layout.images.iter().filter_map(|own| own.readings[index]);
-            let Some(reading) = readings.into_iter().next() else { continue };
+            let reading = layout.reading(index);
+            if reading.is_none() && layout.class.is_none() {
+                continue;
+            }
             let mesh = &levels[charts.surface].mesh;
             let own = (0..mesh.triangles.len()).filter(|&t| mesh.groups[t] == charts.group);
             for triangle in own {
                 let corners = mesh.triangles[triangle].map(|wedge| {
                     *known.entry((charts.surface, wedge)).or_insert_with(|| {
                         gathered.wedges.push((charts.surface, wedge));
-                        gathered.add(mesh, wedge, &reading, stretches[charts.surface])
+                        gathered.add(mesh, wedge, reading, stretches[charts.surface])
                     })
                 });
                 gathered.triangles.push(corners);
@@ -91,11 +108,21 @@ impl Gathered {
         gathered
     }
 
-    fn add(&mut self, mesh: &Mesh, wedge: WedgeId, reading: &SourceReading, stretch: f64) -> u32 {
+    /// What reads no image keeps the charts of its first UV set, if it has one.
+    fn add(
+        &mut self,
+        mesh: &Mesh,
+        wedge: WedgeId,
+        reading: Option<SourceReading>,
+        stretch: f64,
+    ) -> u32 {
         let position = mesh.positions[mesh.wedge_points[wedge]];
         self.positions.push(position * stretch as f32);
-        let uv = mesh.uv(wedge, reading.uv_set);
-        self.uvs.push(reading.transform.transform_point2(uv));
+        self.uvs.push(match reading {
+            Some(reading) => reading.transform.transform_point2(mesh.uv(wedge, reading.uv_set)),
+            None if mesh.layout.uv_sets > 0 => mesh.uv(wedge, 0),
+            None => Vec2::ZERO,
+        });
         self.uvs.len() as u32 - 1
     }
 

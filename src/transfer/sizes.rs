@@ -121,7 +121,8 @@ impl Yardstick {
         self.worn_area(surfaces, charts) / self.areas.iter().sum::<f64>()
     }
 
-    fn worn_area(&self, surfaces: &[Geometry], charts: &[Charts]) -> f64 {
+    /// The area in the scene that charts lie on.
+    pub(super) fn worn_area(&self, surfaces: &[Geometry], charts: &[Charts]) -> f64 {
         let of = |charts: &Charts| {
             let own = area(&surfaces[charts.surface].welded.mesh, |group| group == charts.group);
             own * self.stretches[charts.surface].powi(2)

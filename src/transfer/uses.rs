@@ -6,7 +6,7 @@ use seamwise_texture::{Role, Wrap};
 
 use super::plan::{Charts, ImageUse, Shared, SourceReading, faces};
 use crate::asset::{Asset, EncodedImage};
-use crate::atlas::{main_role, material_slots, worn};
+use crate::atlas::{main_role, worn};
 use crate::error::Result;
 use crate::geometry::Geometry;
 use crate::primitive::Primitive;
@@ -120,14 +120,17 @@ impl Used {
     }
 }
 
-/// One per image: how it is used.
-pub(super) fn uses(asset: &Asset, surfaces: &[Geometry]) -> Result<Vec<Used>> {
-    let materials = material_slots(asset)?;
+/// One per image: how it is used; `materials` has the textures of each.
+pub(super) fn uses(
+    asset: &Asset,
+    surfaces: &[Geometry],
+    materials: &[Vec<TextureSlot>],
+) -> Result<Vec<Used>> {
     let used = |image: &EncodedImage| Used { is_missing: image.is_missing(), ..Used::default() };
     let mut uses: Vec<Used> = asset.images.iter().map(used).collect();
     for mesh in 0..asset.count("meshes") {
         for primitive in Primitive::of_mesh(asset, mesh)?.iter().filter(|p| !p.is_surface()) {
-            for slot in worn(asset, primitive, &materials)? {
+            for slot in worn(asset, primitive, materials)? {
                 uses[slot.image].add(slot);
                 uses[slot.image].beyond_charts = true;
             }
@@ -135,7 +138,7 @@ pub(super) fn uses(asset: &Asset, surfaces: &[Geometry]) -> Result<Vec<Used>> {
     }
     for (index, surface) in surfaces.iter().enumerate() {
         for (group, part) in (0..).zip(&surface.parts) {
-            for slot in worn(asset, &part.primitive, &materials)? {
+            for slot in worn(asset, &part.primitive, materials)? {
                 uses[slot.image].add(slot);
                 uses[slot.image].add_charts(index, group, slot, &surface.welded.mesh);
             }

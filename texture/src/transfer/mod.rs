@@ -2,7 +2,7 @@
 //!
 //! A level's UVs slide over its textures, and a repair fills with what is likely where they leave
 //! the charts. A transfer makes it right instead: every texel of a level's charts, and of the gutter
-//! around them, is cast to the source along the level's normal ([`correspond`]), and every image of
+//! around them, is cast to the source along the level's normal (`correspond`), and every image of
 //! the source is read there ([`Picture`]), colors in linear light. Whatever no chart covers is left
 //! to [`repair`](fn@crate::repair).
 //!
@@ -12,7 +12,7 @@
 //! "Appearance-preserving simplification", SIGGRAPH 1998): so it carries the shape that the level
 //! has lost.
 //!
-//! A texel larger than the source's is the mean of up to [`MOST_PARTS`]² places in it, each cast by
+//! A texel larger than the source's is the mean of up to 4² places in it, each cast by
 //! itself, so that geometry finer than a texel is averaged too; what is larger still reads mip maps.
 //!
 //! Guaranteed: a level equal to its source, in an image of the same size, gets the texels that the
@@ -88,6 +88,10 @@ pub struct Reading<'a> {
     pub normal_scale: f32,
     /// The same factor as the level will.
     pub level_normal_scale: f32,
+    /// Factor on each channel that is read, colors in linear light; normals have none.
+    pub factor: Vec4,
+    /// What is added to each channel then.
+    pub offset: Vec4,
 }
 
 impl Default for Reading<'_> {
@@ -100,6 +104,8 @@ impl Default for Reading<'_> {
             wrap: [Wrap::default(); 2],
             normal_scale: 1.0,
             level_normal_scale: 1.0,
+            factor: Vec4::ONE,
+            offset: Vec4::ZERO,
         }
     }
 }

@@ -4,9 +4,9 @@ use glam::{Mat3, Vec2, Vec3, Vec4};
 use image::{ImageBuffer, Pixel};
 use rayon::prelude::*;
 
-use super::Job;
 use super::owners::{Owners, place_in};
 use super::side::Spot;
+use super::{Job, Reading};
 use crate::Role;
 use crate::samples::{Coding, Group, Sample};
 
@@ -101,11 +101,16 @@ impl Caster<'_> {
                     let mapped = into_frame(pair.level.frame(own), shading);
                     sum.add_vector(scaled(mapped, reading.level_normal_scale.recip()));
                 }
-                Role::Color => sum.add_color(read.unwrap_or(Vec4::ONE)),
-                Role::Data => sum.add_data(read.unwrap_or(Vec4::ONE)),
+                Role::Color => sum.add_color(folded(read, reading)),
+                Role::Data => sum.add_data(folded(read, reading)),
             }
         }
     }
+}
+
+/// What is read, white without an image, with the factors that the source has beside it.
+fn folded(read: Option<Vec4>, reading: &Reading<'_>) -> Vec4 {
+    read.unwrap_or(Vec4::ONE) * reading.factor + reading.offset
 }
 
 /// What a texel of a normal map stands for.
@@ -217,6 +222,15 @@ mod tests {
             let mapped = into_frame(frame, direction);
             assert!((frame * mapped).normalize().distance(direction) < 1e-6);
         }
+    }
+
+    #[test]
+    fn factors_are_folded_into_what_is_read_and_stand_alone_without_an_image() {
+        let (factor, offset) = (Vec4::new(0.5, 1.0, 0.0, 0.0), Vec4::new(0.5, 0.0, 0.25, 1.0));
+        let reading = Reading { factor, offset, ..Reading::default() };
+        let read = Some(Vec4::new(0.5, 0.25, 0.9, 0.1));
+        assert_eq!(folded(read, &reading), Vec4::new(0.75, 0.25, 0.25, 1.0));
+        assert_eq!(folded(None, &reading), Vec4::new(1.0, 1.0, 0.25, 1.0));
     }
 
     #[test]
