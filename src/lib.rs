@@ -54,6 +54,7 @@ pub mod limit;
 mod metadata;
 mod nodes;
 pub mod options;
+mod order;
 mod pack;
 pub mod parts;
 pub mod primitive;
