@@ -1,6 +1,6 @@
-//! Extensions that go, since nothing uses them any more.
+//! The lists of extensions that a document uses and requires, kept true as extensions come and go.
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
 /// Takes an extension from an object, and the empty list of extensions it may leave.
 pub(crate) fn remove_extension(json: &mut Value, name: &str) -> Option<Value> {
@@ -11,6 +11,26 @@ pub(crate) fn remove_extension(json: &mut Value, name: &str) -> Option<Value> {
         object.shift_remove("extensions");
     }
     removed
+}
+
+/// Lists an extension among those used.
+pub(crate) fn name_extension(json: &mut Value, name: &str) {
+    list_extension(json, "extensionsUsed", name);
+}
+
+/// Lists an extension among those used and required.
+pub(crate) fn require_extension(json: &mut Value, name: &str) {
+    name_extension(json, name);
+    list_extension(json, "extensionsRequired", name);
+}
+
+fn list_extension(json: &mut Value, key: &str, name: &str) {
+    let list = &mut json[key];
+    match list.as_array_mut() {
+        Some(list) if list.iter().any(|own| own == name) => {}
+        Some(list) => list.push(json!(name)),
+        None => *list = json!([name]),
+    }
 }
 
 /// Takes an extension that no object has from the lists of those used and required.
@@ -51,7 +71,6 @@ fn is_used(json: &Value, name: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use serde_json::json;
 
     #[test]
     fn an_extension_is_listed_as_long_as_an_object_has_it() {

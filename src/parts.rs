@@ -19,7 +19,7 @@ use crate::skin::Named;
 use crate::tangents::Corners;
 
 /// A primitive of a level, ready to be written.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct LevelPart {
     /// Three indices per triangle.
     pub indices: Vec<u32>,

@@ -103,6 +103,9 @@ fn the_options_of_the_design_are_there() {
         "--view-from",
         "--no-polish",
         "--textures",
+        "--compress",
+        "--format",
+        "--layout",
         "--no-evaluate",
         "--report",
     ] {

@@ -1,5 +1,6 @@
 //! What the user typed. No work is done here.
 
+mod output;
 mod repair;
 mod steering;
 
@@ -7,6 +8,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use output::OutputArgs;
 use repair::FootprintArgs;
 pub(crate) use repair::RepairArgs;
 use seamwise::certificate::Screen;
@@ -126,6 +128,8 @@ pub(crate) struct BakeArgs {
     threads_report: bool,
     #[command(flatten)]
     reading: ReadingArgs,
+    #[command(flatten)]
+    files: OutputArgs,
     #[command(flatten)]
     steering: SteeringArgs,
 }
@@ -253,6 +257,7 @@ impl BakeArgs {
             screen,
             report: self.report.then_some(ReportOptions { threads: self.threads_report }),
             allow_missing: self.reading.allow_missing,
+            output: self.files.resolve(),
             ..BakeOptions::default()
         })
     }
