@@ -66,7 +66,7 @@ impl Input<'_> {
     /// Makes sure that this input is not among the outputs.
     ///
     /// # Errors
-    /// [`Error::Options`] if it would be overwritten.
+    /// [`Error::Options`](crate::error::Error::Options) if it would be overwritten.
     pub fn refuse_overwriting(&self, outputs: &[PathBuf]) -> Result<()> {
         match self {
             Self::File(path) => refuse_overwriting(path, outputs),
@@ -97,6 +97,11 @@ impl Input<'_> {
 /// # Errors
 /// [`Error::Io`], [`Error::Invalid`] or [`Error::Unsupported`] if the asset can't be read;
 /// [`Error::Options`] if an output would overwrite the input, or the steering names what is not there.
+///
+/// [`Error::Io`]: crate::error::Error::Io
+/// [`Error::Invalid`]: crate::error::Error::Invalid
+/// [`Error::Unsupported`]: crate::error::Error::Unsupported
+/// [`Error::Options`]: crate::error::Error::Options
 pub fn bake(
     input: Input<'_>,
     folder: &Path,

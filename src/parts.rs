@@ -36,7 +36,7 @@ pub struct LevelPart {
 /// for; others have tangents if the source has.
 ///
 /// # Errors
-/// [`Error::Internal`] if the level does not belong to the geometry.
+/// [`Error::Internal`](crate::error::Error::Internal) if the level does not belong to the geometry.
 pub fn level_parts(
     geometry: &Geometry,
     level: &Level,
