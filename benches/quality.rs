@@ -28,7 +28,6 @@ use seamwise::evaluate::scene::{Material, Scene};
 use seamwise::evaluate::{self, Metrics, Reference};
 use seamwise::geometry::Geometry;
 use seamwise::levels::{DressedLevel, LevelMesh, level_asset};
-use seamwise::parts::level_parts;
 use seamwise::read::read;
 use seamwise::surfaces::weld_all;
 use seamwise_attr::{Level, Mesh, Options, Polish, Weights, polish_chain, simplify_chain, weld};
@@ -145,9 +144,8 @@ impl Subject {
                 let meshes: Vec<LevelMesh<'_>> = geometries
                     .iter()
                     .zip(levels)
-                    .map(|(geometry, level)| LevelMesh {
-                        geometry,
-                        parts: level_parts(geometry, level, &plain(geometry)).expect("parts"),
+                    .map(|(geometry, level)| {
+                        LevelMesh::new(geometry, level, &plain(geometry)).expect("parts")
                     })
                     .collect();
                 let shared = LevelTextures::shared(&asset.images, geometries);

@@ -83,6 +83,16 @@ impl ImageFormat {
         }
     }
 
+    /// What its files' names end in.
+    pub(crate) const fn ending(self) -> &'static str {
+        match self {
+            Self::Png => "png",
+            Self::Jpeg => "jpg",
+            Self::WebP => "webp",
+            Self::Ktx2 => "ktx2",
+        }
+    }
+
     /// The extension by which a texture names an image of this format, if core glTF has none.
     pub const fn extension(self) -> Option<&'static str> {
         match self {

@@ -7,22 +7,21 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 use seamwise_attr::Level;
-use serde_json::{Value, json};
 
 use crate::asset::{Asset, EncodedImage};
 use crate::atlas::{ImageRepair, encode_repaired, repair_all};
-use crate::certificate::{Screen, certificate, certify};
 use crate::chains::{polish_all, simplify_all, triangle_count};
 use crate::digest::digest;
+use crate::documents::{Chain, Measured, Undressed};
 use crate::dress::LevelTextures;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::evaluate::load::{TextureCache, load};
-use crate::evaluate::{self, Metrics, Reference};
+use crate::evaluate::{self, Reference};
 use crate::geometry::Geometry;
 use crate::images::Encoding;
-use crate::levels::{Coverage, DressedLevel, LevelMesh, chain_asset, level_asset};
+use crate::levels::{DressedLevel, LevelMesh, level_asset};
 use crate::options::{BakeOptions, Textures};
-use crate::parts::level_parts;
+use crate::output::named_files;
 use crate::progress::Progress;
 use crate::read::{self, ReadOptions};
 use crate::report::html::{Extras, bake_page};
@@ -32,7 +31,7 @@ use crate::report::{BakeReport, InputReport, LevelReport, Seconds, peak_memory};
 use crate::steering::MeshSteering;
 use crate::surfaces::weld_all;
 use crate::transfer::{Origin, Plan, transfer_all};
-use crate::write::{refuse_overwriting, to_glb, write_recorded};
+use crate::write::{refuse_overwriting, write_recorded};
 
 /// Where an asset comes from.
 #[derive(Clone, Copy, Debug)]
@@ -55,12 +54,13 @@ impl Input<'_> {
     }
 
     /// The files that a bake writes into `folder`: the levels, the finest first, then all of them
-    /// in one, then the page if there is to be one, and last the report.
+    /// in one if the layout has that, then the page if there is to be one, and last the report. Images,
+    /// if they are not in these, go into a folder `<stem>_textures` there.
     pub fn outputs(&self, folder: &Path, options: &BakeOptions) -> Vec<PathBuf> {
         let stem = self.stem();
-        let levels = (1..=options.targets.count()).map(|level| format!("{stem}_lod{level}.glb"));
+        let documents = options.output.names(&stem, options.targets.count());
         let page = options.report.map(|_| format!("{stem}.html"));
-        let names = levels.chain([format!("{stem}.glb")]).chain(page);
+        let names = options.output.files(&documents).into_iter().chain(page);
         names.map(|name| folder.join(name)).chain([self.report(folder)]).collect()
     }
 
@@ -72,11 +72,19 @@ impl Input<'_> {
     /// Makes sure that this input is not among the outputs.
     ///
     /// # Errors
-    /// [`Error::Options`] if it would be overwritten.
+    /// [`Error::Options`](crate::error::Error::Options) if it would be overwritten.
     pub fn refuse_overwriting(&self, outputs: &[PathBuf]) -> Result<()> {
         match self {
             Self::File(path) => refuse_overwriting(path, outputs),
             Self::Bytes(..) => Ok(()),
+        }
+    }
+
+    /// The files beside the input that it names.
+    fn named_files(&self, asset: &Asset) -> Vec<PathBuf> {
+        match self {
+            Self::File(path) => named_files(&asset.json, read::folder_of(path)),
+            Self::Bytes(..) => Vec::new(),
         }
     }
 
@@ -89,12 +97,17 @@ impl Input<'_> {
 }
 
 /// Bakes the levels of one asset into `folder`: `<stem>_lod1.glb` and so on, `<stem>.glb` with all
-/// of them, `<stem>.json` with what was measured, and `<stem>.html` with the same in charts and
+/// of them, or what `options.output` has instead; `<stem>.json` with what was measured, and `<stem>.html` with the same in charts and
 /// pictures if the options ask for it. Either all of them are written or none.
 ///
 /// # Errors
 /// [`Error::Io`], [`Error::Invalid`] or [`Error::Unsupported`] if the asset can't be read;
 /// [`Error::Options`] if an output would overwrite the input, or the steering names what is not there.
+///
+/// [`Error::Io`]: crate::error::Error::Io
+/// [`Error::Invalid`]: crate::error::Error::Invalid
+/// [`Error::Unsupported`]: crate::error::Error::Unsupported
+/// [`Error::Options`]: crate::error::Error::Options
 pub fn bake(
     input: Input<'_>,
     folder: &Path,
@@ -105,8 +118,10 @@ pub fn bake(
     input.refuse_overwriting(&outputs)?;
     // Before the input is read: if it changes in between, the hash is of what it no longer is.
     let digest = digest(input, options)?;
-    let Baked { mut files, mut report, mut extras } = bake_in_memory(input, options, progress)?;
+    let Baked { mut files, sources, mut report, mut extras } =
+        bake_in_memory(input, options, progress)?;
     report.digest = digest;
+    let stem = input.stem();
     if let Some(page) = options.report {
         if page.threads {
             let again = BakeOptions { report: None, ..options.clone() };
@@ -114,19 +129,23 @@ pub fn bake(
                 bake_in_memory(input, &again, &Progress::hidden())
             })?;
         }
-        files.push(bake_page(&report, &extras)?.into_bytes());
+        files.push((format!("{stem}.html"), bake_page(&report, &extras)?.into_bytes()));
     }
-    std::fs::create_dir_all(folder).map_err(|error| Error::io(folder, error))?;
     let json = report.to_json()?.into_bytes();
-    let written: Vec<_> = outputs.into_iter().zip(files).collect();
-    write_recorded(&written, &(input.report(folder), json))?;
+    let files: Vec<(PathBuf, Vec<u8>)> =
+        files.into_iter().map(|(name, bytes)| (folder.join(name), bytes)).collect();
+    let outputs: Vec<PathBuf> = files.iter().map(|(path, _)| path.clone()).collect();
+    sources.iter().try_for_each(|source| refuse_overwriting(source, &outputs))?;
+    write_recorded(&files, &(input.report(folder), json))?;
     Ok(report)
 }
 
 /// What a bake makes.
 struct Baked {
-    /// The levels, the finest first, then all of them in one.
-    files: Vec<Vec<u8>>,
+    /// By name: the levels, the finest first, then all of them in one, then images beside them.
+    files: Vec<(String, Vec<u8>)>,
+    /// The files that the input names.
+    sources: Vec<PathBuf>,
     report: BakeReport,
     /// For the page.
     extras: Extras,
@@ -171,8 +190,10 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
         let draw = || draw_atlases(&asset, &repairs, options.memory_limit);
         extras.atlases = clock.time(|s| &mut s.report, draw)?;
     }
-    let dressed = clock.time(|s| &mut s.write, || dress_levels(&geometries, &chains, textures))?;
-    let mut levels = clock.time(|s| &mut s.write, || level_assets(&asset, &dressed))?;
+    let undressed = Undressed { asset: &asset, geometries: &geometries, chains: &chains };
+    let dress = || undressed.dress(textures, options.output.compress);
+    let dressed = clock.time(|s| &mut s.write, dress)?;
+    let levels = clock.time(|s| &mut s.write, || level_assets(&asset, &dressed))?;
     let mut cache = TextureCache::with_limit(options.memory_limit);
     let mut measured = None;
     if let Some(evaluation) = options.evaluation() {
@@ -187,7 +208,8 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
         |s| &mut s.write,
         || {
             let chain = Chain { asset: &asset, levels: &dressed, images: &images };
-            chain.encode(&mut levels, measured.as_ref(), &options.screen)
+            let documents = chain.documents(levels, measured.as_ref(), &input.stem(), options)?;
+            options.output.encode(&input.stem(), &documents)
         },
     )?;
     let report = BakeReport {
@@ -203,57 +225,7 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
         seconds: clock.seconds,
         peak_memory_bytes: peak_memory(),
     };
-    Ok(Baked { files, report, extras })
-}
-
-/// What all files of a bake are made from.
-struct Chain<'a> {
-    asset: &'a Asset,
-    levels: &'a [DressedLevel<'a>],
-    images: &'a [EncodedImage],
-}
-
-impl Chain<'_> {
-    /// The files of the levels, certified if they were measured, and the one of all of them.
-    fn encode(
-        &self,
-        levels: &mut [Asset],
-        measured: Option<&Measured>,
-        screen: &Screen,
-    ) -> Result<Vec<Vec<u8>>> {
-        let sizes = measured.map(|measured| screen.largest_sizes(&measured.metrics));
-        let coverage = measured.zip(sizes.as_deref()).map(|(measured, sizes)| Coverage {
-            screen,
-            sizes,
-            diagonal: measured.diagonal,
-        });
-        let mut all = chain_asset(self.asset, self.levels, self.images, coverage.as_ref())?;
-        if let Some(measured) = measured {
-            let certificates: Vec<Value> = (0..levels.len())
-                .map(|index| {
-                    let meshes = self.levels[index].meshes.iter();
-                    let parts = meshes.flat_map(|mesh| mesh.parts.iter().flatten());
-                    let triangles = parts.map(|part| part.indices.len() / 3).sum();
-                    certificate(index + 1, &measured.metrics[index], triangles, screen)
-                })
-                .collect();
-            for (level, certificate) in levels.iter_mut().zip(&certificates) {
-                certify(level, certificate.clone());
-            }
-            certify(&mut all, json!({"levels": certificates}));
-        }
-        let mut files: Vec<Vec<u8>> = levels.par_iter().map(to_glb).collect::<Result<_>>()?;
-        files.push(to_glb(&all)?);
-        Ok(files)
-    }
-}
-
-/// What the evaluation of the levels found.
-struct Measured {
-    /// One per level.
-    metrics: Vec<Metrics>,
-    /// Of the source's bounding box, in world units.
-    diagonal: f64,
+    Ok(Baked { files, sources: input.named_files(&asset), report, extras })
 }
 
 /// Adds up the wall time of each stage.
@@ -286,22 +258,6 @@ fn finish_images(asset: &Asset, repairs: Option<&[ImageRepair]>) -> Result<Vec<E
         None => Ok(asset.images.clone()),
         Some(repairs) => encode_repaired(asset, repairs, Encoding::default()),
     }
-}
-
-/// All meshes of each level as primitives, with what they wear.
-fn dress_levels<'a>(
-    geometries: &'a [Geometry],
-    chains: &[Vec<Level>],
-    textures: Vec<LevelTextures>,
-) -> Result<Vec<DressedLevel<'a>>> {
-    let dress = |(level, textures): (usize, LevelTextures)| {
-        let surfaces = geometries.par_iter().zip(chains).zip(&textures.parts);
-        let meshes = surfaces.map(|((geometry, chain), textures)| {
-            Ok(LevelMesh { geometry, parts: level_parts(geometry, &chain[level], textures)? })
-        });
-        Ok(DressedLevel { meshes: meshes.collect::<Result<_>>()?, textures })
-    };
-    textures.into_iter().enumerate().map(dress).collect()
 }
 
 /// The levels as documents.

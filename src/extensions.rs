@@ -1,6 +1,6 @@
-//! Extensions that come and go with what uses them.
+//! The lists of extensions that a document uses and requires, kept true as extensions come and go.
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
 /// Takes an extension from an object, and the empty list of extensions it may leave.
 pub(crate) fn remove_extension(json: &mut Value, name: &str) -> Option<Value> {
@@ -13,14 +13,23 @@ pub(crate) fn remove_extension(json: &mut Value, name: &str) -> Option<Value> {
     removed
 }
 
+/// Lists an extension among those used.
+pub(crate) fn name_extension(json: &mut Value, name: &str) {
+    list_extension(json, "extensionsUsed", name);
+}
+
 /// Lists an extension among those used and required.
 pub(crate) fn require_extension(json: &mut Value, name: &str) {
-    for key in ["extensionsUsed", "extensionsRequired"] {
-        match json[key].as_array_mut() {
-            Some(list) if list.iter().any(|own| own == name) => {}
-            Some(list) => list.push(name.into()),
-            None => json[key] = [name].into_iter().collect(),
-        }
+    name_extension(json, name);
+    list_extension(json, "extensionsRequired", name);
+}
+
+fn list_extension(json: &mut Value, key: &str, name: &str) {
+    let list = &mut json[key];
+    match list.as_array_mut() {
+        Some(list) if list.iter().any(|own| own == name) => {}
+        Some(list) => list.push(json!(name)),
+        None => *list = json!([name]),
     }
 }
 
@@ -62,7 +71,6 @@ fn is_used(json: &Value, name: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use serde_json::json;
 
     #[test]
     fn an_extension_is_listed_as_long_as_an_object_has_it() {

@@ -1,32 +1,64 @@
 //! Levels of detail as documents: one self-contained asset per level, and one with the source and
-//! all levels, linked by the extension `MSFT_lod`.
+//! all levels, in one of the ways that `layout` tells.
 
 use std::collections::BTreeSet;
 
 use glam::{DMat4, Vec3};
 use gltf::json::accessor::ComponentType;
 use rustc_hash::FxHashMap;
+use seamwise_attr::Level;
 use serde_json::{Map, Value, json};
 
 use crate::accessor::Elements;
 use crate::asset::{Asset, EncodedImage};
 use crate::certificate::Screen;
-use crate::dress::{LevelTextures, dress, dress_apart};
+use crate::dress::{LevelTextures, PartTextures, dress, dress_apart};
 use crate::error::{Error, Result};
+use crate::extensions::name_extension;
 use crate::geometry::{Geometry, Part};
+use crate::layout::{Layout, Shown, add_levels, add_suffix, place_on_grid, push};
 use crate::nodes::world_nodes;
 use crate::pack::Packer;
-use crate::parts::LevelPart;
+use crate::parts::{LevelPart, level_parts};
 use crate::primitive::Primitive;
 use crate::prune::prune;
+use crate::quantize::{Grid, quantize};
 
 /// One level of a surface, ready to be written.
 #[derive(Clone, Debug)]
 pub struct LevelMesh<'a> {
     /// The source.
     pub geometry: &'a Geometry,
-    /// One per part of the source.
-    pub parts: Vec<Option<LevelPart>>,
+    /// Number of its triangles.
+    pub triangles: usize,
+    /// One per part of the source. None if the level is the source itself, whose primitives then stay
+    /// as they are.
+    pub parts: Option<Vec<Option<LevelPart>>>,
+    /// What its positions count in, if they are integers.
+    pub grid: Option<Grid>,
+}
+
+impl<'a> LevelMesh<'a> {
+    /// The level of a surface in textures of which there is one entry per part. One that lost nothing
+    /// and wears nothing new is the source itself.
+    ///
+    /// # Errors
+    /// [`Error::Internal`] if the level does not belong to the geometry.
+    pub fn new(geometry: &'a Geometry, level: &Level, textures: &[PartTextures]) -> Result<Self> {
+        let (own, source) = (&level.mesh, &geometry.welded.mesh);
+        let is_whole = own.triangles.len() == source.triangles.len()
+            && own.positions.len() == source.positions.len();
+        let is_source = is_whole && textures.iter().all(|own| *own == PartTextures::default());
+        let parts = (!is_source).then(|| level_parts(geometry, level, textures)).transpose()?;
+        Ok(Self { geometry, triangles: own.triangles.len(), parts, grid: None })
+    }
+
+    /// Makes the vertices small, as [`quantize`](crate::quantize) tells.
+    pub(crate) fn quantize(&mut self, error: f64, may_scale: bool) {
+        if let Some(parts) = &mut self.parts {
+            self.grid = quantize(parts, error, may_scale);
+        }
+    }
 }
 
 /// A level of a whole asset.
@@ -57,11 +89,29 @@ pub fn level_asset(asset: &Asset, level: &DressedLevel<'_>) -> Result<Asset> {
                 primitives.push(nothing(&mut packer));
             }
             packer.json()["meshes"][mesh]["primitives"] = Value::Array(primitives);
+            if let Some(grid) = surface.grid {
+                for node in nodes_of(asset, mesh)? {
+                    if packer.json()["nodes"][node].get("mesh").is_some() {
+                        place_on_grid(packer.json(), node, grid)?;
+                    }
+                }
+            }
         }
     }
     let merged = textures.merged.iter().flat_map(|own| &own.materials);
     prune(&mut packer, &merged.copied().collect())?;
     Ok(packer.finish())
+}
+
+/// The nodes that show a mesh.
+fn nodes_of(asset: &Asset, mesh: usize) -> Result<Vec<usize>> {
+    let mut nodes = Vec::new();
+    for node in 0..asset.count("nodes") {
+        if asset.reference(&format!("/nodes/{node}"), "mesh", "meshes")? == Some(mesh) {
+            nodes.push(node);
+        }
+    }
+    Ok(nodes)
 }
 
 /// What `MSFT_screencoverage` is reckoned from.
@@ -75,12 +125,12 @@ pub struct Coverage<'a> {
     pub diagonal: f64,
 }
 
-/// The asset as it is, its images replaced by `images`, with every level of its meshes beside it:
-/// each node with such a mesh names a node for each level, in `MSFT_lod`.
+/// The asset as it is, its images replaced by `images`, with every level of its meshes beside it, in
+/// the given layout.
 ///
 /// `levels` holds one entry per level, the finest first, each with the same meshes in the same
-/// order. With `coverage`, each such node says how much of the screen it must cover for each level
-/// to be shown, in `MSFT_screencoverage`.
+/// order. With `coverage`, each node of an `MSFT_lod` says how much of the screen it must cover for
+/// each level to be shown, in `MSFT_screencoverage`.
 ///
 /// # Errors
 /// [`Error::Invalid`] if the document's meshes or nodes are malformed.
@@ -88,56 +138,72 @@ pub fn chain_asset(
     asset: &Asset,
     levels: &[DressedLevel<'_>],
     images: &[EncodedImage],
+    layout: Layout,
     coverage: Option<&Coverage<'_>>,
 ) -> Result<Asset> {
     let mut packer = Packer::new(asset, &[]);
     for (index, image) in images.iter().enumerate() {
         packer.set_image(index, image.clone());
     }
-    let mut level_meshes = vec![Vec::new(); asset.count("meshes")];
-    for (level, DressedLevel { meshes, textures }) in levels.iter().enumerate() {
-        let materials = dress_apart(&mut packer, asset, textures)?;
-        for (surface, &mesh) in
-            meshes.iter().flat_map(|s| s.geometry.meshes.iter().map(move |m| (s, m)))
-        {
-            let mut json = asset.json["meshes"][mesh].clone();
-            let own = (surface, mesh);
-            let primitives = level_primitives(&mut packer, &json["primitives"], own, &materials)?;
-            let is_left = !primitives.is_empty();
-            json["primitives"] = Value::Array(primitives);
-            add_suffix(&mut json, level + 1);
-            let index = is_left.then(|| push(packer.json(), "meshes", json)).transpose()?;
-            level_meshes[mesh].push(index);
-        }
-    }
+    let shown = add_meshes(&mut packer, asset, levels)?;
     let worlds: FxHashMap<usize, DMat4> = world_nodes(asset)?.into_iter().collect();
     for node in 0..asset.count("nodes") {
         let Some(mesh) = asset.reference(&format!("/nodes/{node}"), "mesh", "meshes")? else {
             continue;
         };
-        if level_meshes[mesh].is_empty() {
-            continue;
-        }
-        let linked = link_levels(packer.json(), node, &level_meshes[mesh])?;
-        let surface = levels
+        let Some(surface) = levels
             .iter()
             .flat_map(|level| &level.meshes)
-            .find(|level| level.geometry.meshes.contains(&mesh));
-        if let (Some(coverage), Some(level), Some(world)) = (coverage, surface, worlds.get(&node)) {
-            let share = diagonal(level.geometry, mesh, world) / coverage.diagonal;
+            .find(|level| level.geometry.meshes.contains(&mesh))
+        else {
+            continue;
+        };
+        let linked = add_levels(packer.json(), node, &shown[mesh], layout)?;
+        let world = worlds.get(&node).filter(|_| layout == Layout::MsftLod);
+        if let (Some(coverage), Some(world)) = (coverage, world) {
+            let share = diagonal(surface.geometry, mesh, world) / coverage.diagonal;
             let coverages = coverage.screen.coverages(coverage.sizes, share);
             add_coverage(&mut packer.json()["nodes"][linked], &coverages);
         }
     }
-    name_extension(packer.json(), "MSFT_lod");
+    if layout == Layout::MsftLod {
+        name_extension(packer.json(), "MSFT_lod");
+    }
     Ok(packer.finish())
+}
+
+/// Adds a mesh for every level of each. One entry per mesh of the source, with what its levels are
+/// shown by, the finest first.
+fn add_meshes(
+    packer: &mut Packer,
+    asset: &Asset,
+    levels: &[DressedLevel<'_>],
+) -> Result<Vec<Vec<Shown>>> {
+    let mut shown = vec![Vec::new(); asset.count("meshes")];
+    for (level, DressedLevel { meshes, textures }) in levels.iter().enumerate() {
+        let materials = dress_apart(packer, asset, textures)?;
+        for (surface, &mesh) in
+            meshes.iter().flat_map(|s| s.geometry.meshes.iter().map(move |m| (s, m)))
+        {
+            let mut json = asset.json["meshes"][mesh].clone();
+            let own = (surface, mesh);
+            let primitives = level_primitives(packer, &json["primitives"], own, &materials)?;
+            let is_left = !primitives.is_empty();
+            json["primitives"] = Value::Array(primitives);
+            add_suffix(&mut json, level + 1);
+            let index = is_left.then(|| push(packer.json(), "meshes", json)).transpose()?;
+            shown[mesh].push(Shown { mesh: index, grid: surface.grid });
+        }
+    }
+    Ok(shown)
 }
 
 /// The accessors of the surfaces that nothing else in the document refers to.
 fn replaced_accessors(asset: &Asset, meshes: &[LevelMesh<'_>]) -> Result<Vec<usize>> {
     let (mut replaced, mut kept) = (BTreeSet::new(), BTreeSet::new());
     for mesh in 0..asset.count("meshes") {
-        let is_replaced = meshes.iter().any(|level| level.geometry.meshes.contains(&mesh));
+        let is_own = |level: &&LevelMesh<'_>| level.geometry.meshes.contains(&mesh);
+        let is_replaced = meshes.iter().find(is_own).is_some_and(|level| level.parts.is_some());
         for primitive in Primitive::of_mesh(asset, mesh)? {
             let used =
                 if is_replaced && primitive.is_surface() { &mut replaced } else { &mut kept };
@@ -187,15 +253,17 @@ fn level_primitives(
     let mut primitives = Vec::new();
     for (index, json) in source.as_array().into_iter().flatten().enumerate() {
         let is_own = |part: &Part| [part.primitive.mesh, part.primitive.index] == [mesh, index];
-        match surface.geometry.parts.iter().position(is_own).map(|part| &surface.parts[part]) {
-            None => primitives.push(json.clone()),
-            Some(None) => {}
-            Some(Some(part)) => {
-                let mut json = level_primitive(packer, json, part)?;
-                change_materials(&mut json, materials);
-                primitives.push(json);
-            }
-        }
+        let Some(part) = surface.geometry.parts.iter().position(is_own) else {
+            primitives.push(json.clone());
+            continue;
+        };
+        let mut json = match surface.parts.as_ref().map(|parts| &parts[part]) {
+            None => json.clone(),
+            Some(None) => continue,
+            Some(Some(part)) => level_primitive(packer, json, part)?,
+        };
+        change_materials(&mut json, materials);
+        primitives.push(json);
     }
     Ok(primitives)
 }
@@ -277,129 +345,9 @@ fn add_coverage(node: &mut Value, coverages: &[f64]) {
     }
 }
 
-/// Adds a node for each level and names them in the `MSFT_lod` of the node that shows the mesh,
-/// which it returns.
-///
-/// Levels replace their node as a whole, its children too. So where a node has children, its mesh
-/// first moves to a child of its own, together with what belongs to the mesh.
-fn link_levels(json: &mut Value, node: usize, meshes: &[Option<usize>]) -> Result<usize> {
-    let has_children = json["nodes"][node].get("children").is_some();
-    let node = if has_children { hoist_mesh(json, node)? } else { node };
-    let mut ids = Vec::with_capacity(meshes.len());
-    for (level, mesh) in meshes.iter().enumerate() {
-        let mut copy = json["nodes"][node].clone();
-        match (mesh, copy.as_object_mut()) {
-            (None, Some(node)) => drop(node.shift_remove("mesh")),
-            _ => copy["mesh"] = json!(mesh),
-        }
-        if let Some(extensions) = copy.get_mut("extensions").and_then(Value::as_object_mut) {
-            extensions.shift_remove("MSFT_lod");
-        }
-        add_suffix(&mut copy, level + 1);
-        ids.push(push(json, "nodes", copy)?);
-    }
-    json["nodes"][node]["extensions"]["MSFT_lod"] = json!({"ids": ids});
-    Ok(node)
-}
-
-/// Moves a node's mesh, skin and morph weights to a new child; animations of the weights follow.
-fn hoist_mesh(json: &mut Value, node: usize) -> Result<usize> {
-    let mut child = Map::new();
-    let parent = json["nodes"][node]
-        .as_object_mut()
-        .ok_or_else(|| Error::invalid(format!("/nodes/{node}"), "not an object"))?;
-    if let Some(name) = parent.get("name").and_then(Value::as_str) {
-        child.insert("name".into(), json!(format!("{name}_mesh")));
-    }
-    for key in ["mesh", "skin", "weights"] {
-        child.extend(parent.shift_remove(key).map(|value| (key.to_owned(), value)));
-    }
-    let instancing = parent
-        .get_mut("extensions")
-        .and_then(|extensions| extensions.as_object_mut()?.shift_remove("EXT_mesh_gpu_instancing"));
-    if let Some(instancing) = instancing {
-        child.insert("extensions".into(), json!({"EXT_mesh_gpu_instancing": instancing}));
-    }
-    let child = push(json, "nodes", Value::Object(child))?;
-    if let Some(children) = json["nodes"][node]["children"].as_array_mut() {
-        children.push(json!(child));
-    }
-    let animations = json.get_mut("animations").and_then(Value::as_array_mut);
-    for animation in animations.into_iter().flatten() {
-        let channels = animation.get_mut("channels").and_then(Value::as_array_mut);
-        for target in channels.into_iter().flatten().filter_map(|c| c.get_mut("target")) {
-            if target["node"] == json!(node) && target["path"] == "weights" {
-                target["node"] = json!(child);
-            }
-        }
-    }
-    Ok(child)
-}
-
-/// Marks the name of a level's object.
-fn add_suffix(json: &mut Value, level: usize) {
-    if let Some(name) = json.get("name").and_then(Value::as_str) {
-        json["name"] = json!(format!("{name}_lod{level}"));
-    }
-}
-
-/// Appends an object to a list of the document.
-fn push(json: &mut Value, list: &str, object: Value) -> Result<usize> {
-    let list = json[list]
-        .as_array_mut()
-        .ok_or_else(|| Error::invalid(format!("/{list}"), "not a list"))?;
-    list.push(object);
-    Ok(list.len() - 1)
-}
-
-/// Lists an extension among those used.
-fn name_extension(json: &mut Value, name: &str) {
-    let used = &mut json["extensionsUsed"];
-    match used.as_array_mut() {
-        Some(used) if used.iter().any(|own| own == name) => {}
-        Some(used) => used.push(json!(name)),
-        None => *used = json!([name]),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn document() -> Value {
-        json!({
-            "nodes": [
-                {"name": "arm", "mesh": 0, "weights": [0.5], "children": [1], "rotation": [0, 0, 0, 1]},
-                {"name": "hand", "mesh": 0},
-            ],
-            "animations": [{"channels": [
-                {"target": {"node": 0, "path": "weights"}},
-                {"target": {"node": 0, "path": "rotation"}},
-            ]}],
-        })
-    }
-
-    #[test]
-    fn a_leaf_names_a_node_for_each_level() {
-        let mut json = document();
-        link_levels(&mut json, 1, &[Some(7), Some(8)]).unwrap();
-        assert_eq!(json["nodes"][1]["extensions"]["MSFT_lod"]["ids"], json!([2, 3]));
-        assert_eq!(json["nodes"][3], json!({"name": "hand_lod2", "mesh": 8}));
-    }
-
-    #[test]
-    fn a_node_with_children_hands_its_mesh_to_a_child_so_that_they_stay() {
-        let mut json = document();
-        link_levels(&mut json, 0, &[Some(7)]).unwrap();
-        let nodes = &json["nodes"];
-        assert_eq!(nodes[0]["children"], json!([1, 2]));
-        assert!(nodes[0].get("mesh").is_none() && nodes[0].get("rotation").is_some());
-        assert_eq!((&nodes[2]["mesh"], &nodes[2]["weights"]), (&json!(0), &json!([0.5])));
-        assert_eq!(nodes[2]["extensions"]["MSFT_lod"]["ids"], json!([3]));
-        let channels = &json["animations"][0]["channels"];
-        assert_eq!(channels[0]["target"]["node"], 2, "weights follow the mesh");
-        assert_eq!(channels[1]["target"]["node"], 0, "the rotation stays");
-    }
 
     #[test]
     fn accessors_of_animations_skins_and_instances_are_found() {

@@ -15,7 +15,8 @@
 //!   emits every level from one descent, and polishes each: fits it to the source by least squares.
 //! - [`atlas`] finds the texels that no chart covers, and `seamwise_texture` fills them.
 //! - [`seams`] finds the edges where a surface reads two places of an image, to make both equal.
-//! - [`levels`] puts levels into documents, [`write`](mod@write) documents into files.
+//! - [`levels`] puts levels into documents, as small integers if [`quantize`](mod@quantize) is asked
+//!   to; [`output`] makes files of documents, [`write`](mod@write) puts them where they belong.
 //! - [`repair`](mod@repair) fills the atlases of a file and leaves the rest as it is.
 //! - [`evaluate`] measures how far a level is from its source.
 //! - [`report`](mod@report) tells it as JSON, as a table and as a page.
@@ -44,6 +45,7 @@ pub mod certificate;
 mod chains;
 mod compression;
 mod digest;
+mod documents;
 pub mod dress;
 pub mod error;
 pub mod evaluate;
@@ -53,17 +55,21 @@ pub mod geometry;
 pub mod images;
 pub mod inspect;
 mod join;
+mod layout;
 pub mod levels;
 pub mod limit;
 mod metadata;
 mod nodes;
 pub mod options;
+mod order;
+pub mod output;
 mod pack;
 pub mod parts;
 pub mod primitive;
 pub mod progress;
 mod prune;
 mod quantization;
+pub mod quantize;
 pub mod read;
 pub mod repair;
 pub mod report;

@@ -6,6 +6,7 @@ use crate::certificate::Screen;
 use crate::error::{Error, Result};
 use crate::evaluate;
 use crate::limit::MemoryLimit;
+use crate::output::OutputOptions;
 use crate::read::ReadOptions;
 use crate::steering::Steering;
 use crate::transfer::TransferOptions;
@@ -31,6 +32,8 @@ pub struct BakeOptions {
     pub memory_limit: MemoryLimit,
     /// Whether image files may be missing: they are measured as white or flat, and stay named.
     pub allow_missing: bool,
+    /// In which files the levels are written, and how.
+    pub output: OutputOptions,
 }
 
 /// What the page of a bake shows beyond its results.
@@ -65,6 +68,7 @@ impl Default for BakeOptions {
             report: None,
             memory_limit: MemoryLimit::default(),
             allow_missing: false,
+            output: OutputOptions::default(),
         }
     }
 }

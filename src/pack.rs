@@ -99,8 +99,13 @@ impl Packer {
         }
         if bounds {
             let (low, high) = self::bounds(elements);
-            accessor["min"] = json!(low);
-            accessor["max"] = json!(high);
+            let is_float = elements.component == ComponentType::F32;
+            let told = |bound: Vec<f32>| match is_float {
+                true => json!(bound),
+                false => bound.into_iter().map(|x| x as i64).collect(),
+            };
+            accessor["min"] = told(low);
+            accessor["max"] = told(high);
         }
         self.add_accessor(accessor)
     }
@@ -161,7 +166,7 @@ impl Packer {
             put(&mut self.asset.json, "buffers", None, json!({"byteLength": length}));
             self.asset.buffers.push(self.bytes);
         }
-        quantization::unlist_if_unneeded(&mut self.asset.json);
+        quantization::list_if_needed(&mut self.asset.json);
         self.asset
     }
 }
@@ -258,12 +263,12 @@ pub(crate) fn bounds(elements: &Elements) -> (Vec<f32>, Vec<f32>) {
     (low, high)
 }
 
-/// Brings all bytes that the document refers to, images among them, into one buffer; what the
-/// document says of its images is said anew.
+/// Brings all bytes that the document refers to into one buffer, images among them unless each has a
+/// URI `beside` the document; what the document says of its images is said anew.
 ///
 /// # Errors
 /// [`Error::Invalid`] if a view runs past its buffer.
-pub(crate) fn join_buffers(asset: &Asset) -> Result<Asset> {
+pub(crate) fn join_buffers(asset: &Asset, beside: Option<&[String]>) -> Result<Asset> {
     let mut json = asset.json.clone();
     let mut bytes = Vec::new();
     let mut append = |data: &[u8]| {
@@ -277,9 +282,10 @@ pub(crate) fn join_buffers(asset: &Asset) -> Result<Asset> {
         .collect::<Result<_>>()?;
     for index in 0..asset.count("bufferViews") {
         let image = image_views.iter().position(|&view| view == Some(index));
-        let data = match image {
-            Some(image) => asset.images[image].bytes.as_slice(),
-            None => asset.view(index)?.0,
+        let data = match (image, beside) {
+            (Some(_), Some(_)) => &[0; 4],
+            (Some(image), None) => asset.images[image].bytes.as_slice(),
+            (None, _) => asset.view(index)?.0,
         };
         let view = &mut json["bufferViews"][index];
         view["buffer"] = json!(0);
@@ -288,17 +294,25 @@ pub(crate) fn join_buffers(asset: &Asset) -> Result<Asset> {
     }
     // What is missing stays what its URI names.
     for (index, image) in asset.images.iter().enumerate().filter(|(_, own)| !own.is_missing()) {
-        if image_views[index].is_none() {
-            let view = json!({"buffer": 0, "byteOffset": append(&image.bytes),
-                "byteLength": image.bytes.len()});
-            let view = put(&mut json, "bufferViews", None, view);
-            let image = json["images"][index]
-                .as_object_mut()
-                .ok_or_else(|| Error::invalid(format!("/images/{index}"), "not an object"))?;
-            image.shift_remove("uri");
-            image.insert("bufferView".into(), json!(view));
-        }
-        json["images"][index]["mimeType"] = json!(image.format.mime());
+        let view = match (image_views[index], beside) {
+            (_, Some(_)) => Value::Null,
+            (Some(view), None) => json!(view),
+            (None, None) => {
+                let view = json!({"buffer": 0, "byteOffset": append(&image.bytes),
+                    "byteLength": image.bytes.len()});
+                json!(put(&mut json, "bufferViews", None, view))
+            }
+        };
+        let own = json["images"][index]
+            .as_object_mut()
+            .ok_or_else(|| Error::invalid(format!("/images/{index}"), "not an object"))?;
+        own.shift_remove("uri");
+        own.shift_remove("bufferView");
+        match beside {
+            Some(uris) => own.insert("uri".into(), json!(uris[index])),
+            None => own.insert("bufferView".into(), view),
+        };
+        own.insert("mimeType".into(), json!(image.format.mime()));
     }
     match_formats(&mut json, &asset.images);
     if bytes.is_empty() {
@@ -350,7 +364,7 @@ mod tests {
         let first = packer.add_vertices(&positions, true);
         let second = packer.add_indices(&[0, 70_000]);
         assert_eq!((first, second), (0, 2), "the free slot first, then the end");
-        let joined = join_buffers(&packer.finish()).unwrap();
+        let joined = join_buffers(&packer.finish(), None).unwrap();
         assert_eq!(accessor::read(&joined, 0, "").unwrap(), positions);
         assert_eq!(joined.json["accessors"][0]["min"], json!([-3.0, 1.0, 2.0]));
         assert_eq!(accessor::read(&joined, 1, "").unwrap().bytes, [3, 4], "untouched");
@@ -370,7 +384,7 @@ mod tests {
             normalized: true,
         };
         let colors = packer.add_vertices(&color, false);
-        let joined = join_buffers(&packer.finish()).unwrap();
+        let joined = join_buffers(&packer.finish(), None).unwrap();
         assert_eq!(joined.json["accessors"][indices]["componentType"], 5123);
         assert_eq!(accessor::read(&joined, colors, "").unwrap(), color);
         let view = joined.json["accessors"][colors]["bufferView"].as_u64().unwrap() as usize;
@@ -383,6 +397,6 @@ mod tests {
         assert_eq!((cut.count("accessors"), cut.count("bufferViews")), (1, 1));
         let emptied = Packer::new(&asset(), &[0]).finish();
         assert_eq!(emptied.json["accessors"][0].get("bufferView"), None);
-        assert_eq!(join_buffers(&emptied).unwrap().buffers[0].len(), 4 + 4 + 4 - 3 - 4 + 4);
+        assert_eq!(join_buffers(&emptied, None).unwrap().buffers[0].len(), 4 + 4 + 4 - 3 - 4 + 4);
     }
 }

@@ -1,22 +1,25 @@
 //! Whether vertices are stored in ways that only `KHR_mesh_quantization` allows.
 //!
-//! A level's positions, normals and UVs are floats, so it needs the extension no more, unless its
-//! morph targets or a mesh that stayed do.
+//! A level's positions, normals and UVs are floats unless it is compressed, so it needs the extension no
+//! more, unless its morph targets or a mesh that stayed do.
 
 use serde_json::Value;
 
-use crate::extensions::unlist_extension;
+use crate::extensions::{require_extension, unlist_extension};
 
 /// The extension.
 const NAME: &str = "KHR_mesh_quantization";
 
 /// glTF's numbers of component types.
 const UNSIGNED: [u64; 2] = [5121, 5123];
+const UNSIGNED_AND_SIGNED: [u64; 4] = [5120, 5121, 5122, 5123];
 const FLOAT: u64 = 5126;
 
-/// Takes the extension from the document's lists if no vertex needs it.
-pub(crate) fn unlist_if_unneeded(json: &mut Value) {
-    if !is_needed(json) {
+/// Requires the extension if a vertex needs it, and takes it from the document's lists if none does.
+pub(crate) fn list_if_needed(json: &mut Value) {
+    if is_needed(json) {
+        require_extension(json, NAME);
+    } else {
         unlist_extension(json, NAME);
     }
 }
@@ -26,21 +29,24 @@ fn is_needed(json: &Value) -> bool {
     let meshes = list(json, "meshes").unwrap_or_default();
     let primitives = meshes.iter().filter_map(|mesh| list(mesh, "primitives")).flatten();
     primitives.into_iter().any(|primitive| {
-        let attributes = primitive.get("attributes").into_iter();
         let targets = list(&primitive, "targets").unwrap_or_default();
-        attributes.chain(&targets).filter_map(Value::as_object).flatten().any(|(name, index)| {
-            let index = index.as_u64().unwrap_or(u64::MAX) as usize;
-            json["accessors"].get(index).is_some_and(|accessor| !is_core(name, accessor))
+        let targets = targets.iter().map(|target| (target, UNSIGNED_AND_SIGNED.as_slice()));
+        let attributes = primitive.get("attributes").map(|own| (own, UNSIGNED.as_slice()));
+        attributes.into_iter().chain(targets).any(|(attributes, uvs)| {
+            attributes.as_object().into_iter().flatten().any(|(name, index)| {
+                let index = index.as_u64().unwrap_or(u64::MAX) as usize;
+                json["accessors"].get(index).is_some_and(|own| !is_core(name, own, uvs))
+            })
         })
     })
 }
 
-/// Whether core glTF knows an attribute in this form (glTF 2.0 §3.7.2.1 and §3.7.2.2). Signed UVs
-/// of a morph target count as not known, which only lists the extension once too often.
-fn is_core(name: &str, accessor: &Value) -> bool {
+/// Whether core glTF knows an attribute in this form (glTF 2.0 §3.7.2.1 and §3.7.2.2). `uvs` are the
+/// types of normalized integers that UVs may be: also signed ones in a morph target.
+fn is_core(name: &str, accessor: &Value, uvs: &[u64]) -> bool {
     let component = accessor.get("componentType").and_then(Value::as_u64).unwrap_or(FLOAT);
     let is_normalized = accessor.get("normalized").and_then(Value::as_bool).unwrap_or(false);
-    let is_fraction = is_normalized && UNSIGNED.contains(&component);
+    let is_fraction = is_normalized && uvs.contains(&component);
     match name {
         "POSITION" | "NORMAL" | "TANGENT" => component == FLOAT,
         _ if name.starts_with("TEXCOORD_") => component == FLOAT || is_fraction,
@@ -62,8 +68,10 @@ mod tests {
             ],
             "meshes": [{"primitives": [{"attributes": attributes, "targets": targets}]}],
         });
-        unlist_if_unneeded(&mut json);
-        json.get("extensionsUsed").is_some()
+        list_if_needed(&mut json);
+        let is_listed = json.get("extensionsUsed").is_some();
+        assert_eq!(is_listed, json.get("extensionsRequired").is_some());
+        is_listed
     }
 
     #[test]
@@ -74,5 +82,7 @@ mod tests {
         assert!(is_listed(&json!({"POSITION": 0, "TEXCOORD_0": 1}), &json!([])));
         assert!(is_listed(&json!({"POSITION": 0, "NORMAL": 3}), &json!([])));
         assert!(is_listed(&plain, &json!([{"POSITION": 0}, {"POSITION": 3}])));
+        assert!(is_listed(&json!({"POSITION": 0, "TEXCOORD_0": 3}), &json!([])));
+        assert!(!is_listed(&plain, &json!([{"TEXCOORD_0": 3}])), "moves may be signed");
     }
 }

@@ -95,21 +95,27 @@ fn strongest(mut all: Vec<(u32, f64)>, most: usize) -> Option<Vec<(u32, f64)>> {
     (!sums.is_empty()).then_some(sums)
 }
 
-/// The weights as `like` can store them. Integers add up to the whole exactly: what rounding down
-/// leaves goes to those that lost most by it, the strongest first (the method of largest remainders).
+/// The weights as `like` can store them.
 fn round(influences: &[(u32, f64)], like: &Elements) -> Vec<f32> {
     let whole = match like.component {
         ComponentType::U8 => f64::from(u8::MAX),
         ComponentType::U16 => f64::from(u16::MAX),
         _ => return influences.iter().map(|&(_, weight)| weight as f32).collect(),
     };
-    let exact: Vec<f64> = influences.iter().map(|&(_, weight)| weight * whole).collect();
+    let shares: Vec<f64> = influences.iter().map(|&(_, weight)| weight).collect();
+    round_to_whole(&shares, whole).into_iter().map(|x| (x / whole) as f32).collect()
+}
+
+/// Shares of 1 as integers that add up to the whole exactly: what rounding down leaves goes to those
+/// that lost most by it, the first of them first (the method of largest remainders).
+pub(crate) fn round_to_whole(shares: &[f64], whole: f64) -> Vec<f64> {
+    let exact: Vec<f64> = shares.iter().map(|share| share * whole).collect();
     let mut units: Vec<f64> = exact.iter().map(|x| x.floor()).collect();
     let mut order: Vec<usize> = (0..exact.len()).collect();
     order.sort_by(|&a, &b| (exact[b] - units[b]).total_cmp(&(exact[a] - units[a])).then(a.cmp(&b)));
     let left = whole - units.iter().sum::<f64>();
     order.iter().take(left as usize).for_each(|&at| units[at] += 1.0);
-    units.iter().map(|x| (x / whole) as f32).collect()
+    units
 }
 
 #[cfg(test)]

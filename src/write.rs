@@ -17,9 +17,17 @@ use crate::pack::join_buffers;
 /// [`Error::Invalid`] if the asset's views and buffers do not fit together;
 /// [`Error::Unsupported`] if it is larger than the 4 GiB that the container can hold.
 pub fn to_glb(asset: &Asset) -> Result<Vec<u8>> {
-    let joined = join_buffers(asset)?;
-    let json = serde_json::to_vec(&joined.json)
-        .map_err(|error| Error::Internal { what: error.to_string() })?;
+    container(join_buffers(asset, None)?)
+}
+
+/// The JSON of a document.
+pub(crate) fn json_bytes(asset: &Asset) -> Result<Vec<u8>> {
+    serde_json::to_vec(&asset.json).map_err(|error| Error::Internal { what: error.to_string() })
+}
+
+/// A document and its first buffer as a .glb.
+pub(crate) fn container(joined: Asset) -> Result<Vec<u8>> {
+    let json = json_bytes(&joined)?;
     let bin = joined.buffers.into_iter().next();
     let length = 12 + 8 + json.len() + 3 + bin.as_ref().map_or(0, |bin| 8 + bin.len() + 3);
     let Ok(length) = u32::try_from(length) else {
@@ -49,7 +57,7 @@ pub fn refuse_overwriting(input: &Path, outputs: &[PathBuf]) -> Result<()> {
 }
 
 /// Writes files whole or not at all: each goes to a temporary name first, and none gets its own
-/// before all are there.
+/// before all are there. Folders are made as they are needed.
 ///
 /// # Errors
 /// [`Error::Io`] with the file's name.
@@ -92,8 +100,10 @@ fn rename(written: Written<'_>) -> Result<()> {
 /// Writes bytes to a temporary file in the folder of `path`; it vanishes unless it is renamed.
 fn write_beside(path: &Path, bytes: &[u8]) -> Result<NamedTempFile> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let folder = folder.unwrap_or(Path::new("."));
     let attempt = || {
-        let mut file = NamedTempFile::new_in(folder.unwrap_or(Path::new(".")))?;
+        std::fs::create_dir_all(folder)?;
+        let mut file = NamedTempFile::new_in(folder)?;
         file.write_all(bytes)?;
         make_readable(file.as_file())?;
         Ok(file)
@@ -161,8 +171,10 @@ mod tests {
     fn if_one_file_fails_none_is_written() {
         let folder = tempfile::tempdir().unwrap();
         let good = folder.path().join("a.bin");
-        let bad = folder.path().join("none/a.bin");
+        let file = folder.path().join("file");
+        std::fs::write(&file, b"").unwrap();
+        let bad = file.join("a.bin");
         assert!(write_files(&[(good, b"a".to_vec()), (bad, b"b".to_vec())]).is_err());
-        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "the file that was there");
     }
 }

@@ -104,6 +104,9 @@ fn the_options_of_the_design_are_there() {
         "--no-polish",
         "--textures",
         "--merge-materials",
+        "--compress",
+        "--format",
+        "--layout",
         "--no-evaluate",
         "--report",
     ] {

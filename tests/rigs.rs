@@ -13,6 +13,9 @@ use gltf::Semantic;
 use gltf::accessor::DataType;
 use seamwise::bake::Input;
 use seamwise::options::{BakeOptions, Targets, Textures};
+use seamwise::output::OutputOptions;
+use seamwise::read::read;
+use seamwise::write::to_glb;
 
 /// Ways to pose a document's surface.
 type Poses = Vec<Box<dyn Fn(&Output) -> Moved>>;
@@ -71,8 +74,19 @@ fn bake_real(name: &str, targets: Targets) -> Option<(Output, Baked)> {
 
 /// Fails if a level of 50, 25, 12.5 or 6.25 % is farther from its source than `limits`.
 fn assert_within(what: &str, source: &Output, baked: &Baked, poses: &Poses, limits: [Figures; 4]) {
+    assert_levels_within(what, source, &baked.levels(), poses, limits);
+}
+
+/// The same of levels that were read already.
+fn assert_levels_within(
+    what: &str,
+    source: &Output,
+    levels: &[Output],
+    poses: &Poses,
+    limits: [Figures; 4],
+) {
     assert!(!poses.is_empty(), "{what}: nothing moves");
-    for (index, (level, limit)) in baked.levels().iter().zip(limits).enumerate() {
+    for (index, (level, limit)) in levels.iter().zip(limits).enumerate() {
         let found = measure(source, level, poses);
         println!("{what}, level {}: RMS {:.6}, maximum {:.5}", index + 1, found.0, found.1);
         assert!(
@@ -110,11 +124,30 @@ fn assert_bound(what: &str, output: &Output) {
     }
 }
 
+/// What the levels of a fox may be off by in its animations.
+const RUNNING: [Figures; 4] = [(0.0027, 0.030), (0.0060, 0.052), (0.0100, 0.069), (0.0175, 0.143)];
+
+#[test]
+fn compressed_levels_of_a_fox_run_as_plain_ones_do() {
+    let Some(folder) = shared_assets() else { return };
+    let path = folder.join("rigged/Fox.glb");
+    let output = OutputOptions { compress: true, ..OutputOptions::default() };
+    let options = BakeOptions { textures: Textures::Keep, output, ..unmeasured() };
+    let baked = Baked::input(Input::File(&path), &options).expect("a bake");
+    let plain = |level: usize| {
+        let asset = read(&baked.level_path(level)).expect("an asset");
+        Output::from_bytes(&to_glb(&asset).expect("a file"), "Fox")
+    };
+    let levels: Vec<Output> = (1..=4).map(plain).collect();
+    let source = Output::read(&path);
+    assert_levels_within("compressed", &source, &levels, &animations(&source), RUNNING);
+    levels.iter().for_each(|level| assert_bound("Fox", level));
+}
+
 #[test]
 fn levels_of_a_fox_run_as_it_does() {
     let Some((source, baked)) = bake_real("Fox", Targets::halves(4)) else { return };
-    let limits = [(0.0027, 0.030), (0.0060, 0.052), (0.0100, 0.069), (0.0175, 0.143)];
-    assert_within("animations", &source, &baked, &animations(&source), limits);
+    assert_within("animations", &source, &baked, &animations(&source), RUNNING);
     let limits = [(0.0034, 0.036), (0.0063, 0.046), (0.0105, 0.07), (0.0181, 0.135)];
     assert_within("turns", &source, &baked, &turns(0), limits);
     baked.levels().iter().for_each(|level| assert_bound("Fox", level));

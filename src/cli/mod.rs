@@ -1,6 +1,7 @@
 //! What the user typed. No work is done here.
 
 mod batch;
+mod output;
 mod repair;
 mod steering;
 mod textures;
@@ -10,6 +11,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 
 use batch::BatchArgs;
+use output::OutputArgs;
 use repair::FootprintArgs;
 pub(crate) use repair::RepairArgs;
 use seamwise::certificate::Screen;
@@ -119,6 +121,8 @@ pub(crate) struct BakeArgs {
     #[command(flatten)]
     pub(crate) batch: BatchArgs,
     #[command(flatten)]
+    files: OutputArgs,
+    #[command(flatten)]
     steering: SteeringArgs,
 }
 
@@ -179,6 +183,7 @@ impl BakeArgs {
             screen,
             report: self.report.then_some(ReportOptions { threads: self.threads_report }),
             allow_missing: self.reading.allow_missing,
+            output: self.files.resolve(),
             ..BakeOptions::default()
         })
     }

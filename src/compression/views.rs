@@ -19,7 +19,7 @@ use meshopt::{
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::append;
+use super::{append, by_stride};
 use crate::asset::Asset;
 use crate::error::{Error, Result};
 use crate::extensions::{remove_extension, unlist_extension};
@@ -237,19 +237,8 @@ fn rows_of<const N: usize>(stream: &[u8], count: usize) -> Decoded {
 
 /// Elements as they are: of 4, 8, … 256 bytes.
 fn rows(stream: &[u8], count: usize, stride: usize) -> Decoded {
-    macro_rules! by_size {
-        ($($size:literal)*) => {
-            match stride {
-                $($size => rows_of::<$size>(stream, count),)*
-                _ => Err(format!("elements of {stride} bytes")),
-            }
-        };
-    }
-    by_size!(
-        4 8 12 16 20 24 28 32 36 40 44 48 52 56 60 64 68 72 76 80 84 88 92 96 100 104 108 112 116
-        120 124 128 132 136 140 144 148 152 156 160 164 168 172 176 180 184 188 192 196 200 204 208
-        212 216 220 224 228 232 236 240 244 248 252 256
-    )
+    by_stride!(stride, rows_of, stream, count)
+        .unwrap_or_else(|| Err(format!("elements of {stride} bytes")))
 }
 
 #[cfg(test)]

@@ -1,0 +1,104 @@
+//! The levels of a bake as documents, each with its name and what it was measured to be off by.
+
+use rayon::prelude::*;
+use seamwise_attr::Level;
+use serde_json::{Value, json};
+
+use crate::asset::{Asset, EncodedImage};
+use crate::certificate::{Screen, certificate, certify};
+use crate::dress::LevelTextures;
+use crate::error::Result;
+use crate::evaluate::Metrics;
+use crate::geometry::Geometry;
+use crate::levels::{Coverage, DressedLevel, LevelMesh, chain_asset};
+use crate::options::BakeOptions;
+use crate::output::Layout;
+use crate::quantize::may_scale;
+
+/// Levels that do not wear anything yet.
+pub(crate) struct Undressed<'a> {
+    pub(crate) asset: &'a Asset,
+    pub(crate) geometries: &'a [Geometry],
+    /// One per surface.
+    pub(crate) chains: &'a [Vec<Level>],
+}
+
+impl<'a> Undressed<'a> {
+    /// All meshes of each level as primitives, with what they wear; as small integers with `compress`.
+    pub(crate) fn dress(
+        &self,
+        textures: Vec<LevelTextures>,
+        compress: bool,
+    ) -> Result<Vec<DressedLevel<'a>>> {
+        let dress = |(level, textures): (usize, LevelTextures)| {
+            let surfaces = self.geometries.par_iter().zip(self.chains).zip(&textures.parts);
+            let meshes = surfaces.map(|((geometry, chain), textures)| {
+                let mut mesh = LevelMesh::new(geometry, &chain[level], textures)?;
+                if compress {
+                    mesh.quantize(chain[level].error, may_scale(self.asset, geometry)?);
+                }
+                Ok(mesh)
+            });
+            Ok(DressedLevel { meshes: meshes.collect::<Result<_>>()?, textures })
+        };
+        textures.into_iter().enumerate().map(dress).collect()
+    }
+}
+
+/// What all files of a bake are made from.
+pub(crate) struct Chain<'a> {
+    pub(crate) asset: &'a Asset,
+    pub(crate) levels: &'a [DressedLevel<'a>],
+    pub(crate) images: &'a [EncodedImage],
+}
+
+impl Chain<'_> {
+    /// The documents of the levels, certified if they were measured, and the one of all of them if
+    /// there is to be one; each with its name.
+    pub(crate) fn documents(
+        &self,
+        mut levels: Vec<Asset>,
+        measured: Option<&Measured>,
+        stem: &str,
+        options: &BakeOptions,
+    ) -> Result<Vec<(String, Asset)>> {
+        let certificates = measured.map(|measured| self.certificates(measured, &options.screen));
+        for (level, certificate) in levels.iter_mut().zip(certificates.iter().flatten()) {
+            certify(level, certificate.clone());
+        }
+        let layout = options.output.layout;
+        if layout != Layout::Apart {
+            let sizes = measured.map(|measured| options.screen.largest_sizes(&measured.metrics));
+            let coverage = measured.zip(sizes.as_deref()).map(|(measured, sizes)| Coverage {
+                screen: &options.screen,
+                sizes,
+                diagonal: measured.diagonal,
+            });
+            let coverage = coverage.as_ref();
+            let mut all = chain_asset(self.asset, self.levels, self.images, layout, coverage)?;
+            if let Some(certificates) = certificates {
+                certify(&mut all, json!({"levels": certificates}));
+            }
+            levels.push(all);
+        }
+        let names = options.output.names(stem, self.levels.len());
+        Ok(names.into_iter().zip(levels).collect())
+    }
+
+    /// What the levels were measured to be, the finest first.
+    fn certificates(&self, measured: &Measured, screen: &Screen) -> Vec<Value> {
+        let of_level = |(index, metrics): (usize, &Metrics)| {
+            let triangles = self.levels[index].meshes.iter().map(|mesh| mesh.triangles).sum();
+            certificate(index + 1, metrics, triangles, screen)
+        };
+        measured.metrics.iter().enumerate().map(of_level).collect()
+    }
+}
+
+/// What the evaluation of the levels found.
+pub(crate) struct Measured {
+    /// One per level.
+    pub(crate) metrics: Vec<Metrics>,
+    /// Of the source's bounding box, in world units.
+    pub(crate) diagonal: f64,
+}

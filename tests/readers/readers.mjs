@@ -1,0 +1,191 @@
+// Do other people's readers show what a bake writes? Bakes assets in every form, loads each file with
+// three.js and Babylon.js in a browser without a window, and compares its silhouette with that which
+// `seamwise evaluate` draws of it from the same cameras. Fails if a reader reports an error, or if the
+// silhouettes overlap by no more than LEAST.
+//
+//     node readers.mjs SEAMWISE FOLDER_WITH_NODE_MODULES
+//
+// Needs a Chromium (SEAMWISE_CHROMIUM, or `chromium` on the path); says so and skips without one.
+import { execFileSync } from 'node:child_process';
+import { existsSync, mkdtempSync, readFileSync, readdirSync, rmSync } from 'node:fs';
+import { createServer } from 'node:http';
+import { createRequire } from 'node:module';
+import { tmpdir } from 'node:os';
+import { basename, dirname, extname, join, resolve } from 'node:path';
+import { fileURLToPath } from 'node:url';
+import { writePlain } from './plain.mjs';
+
+const HERE = dirname(fileURLToPath(import.meta.url));
+const ASSETS = resolve(HERE, '../../../shared/assets');
+const LEAST = 0.98; // intersection over union
+const VIEWS = 3;
+const SIDE = 512; // pixels
+const GAP = 4; // pixels between the pictures of a sheet
+const COVERED = 200; // of 255: white over half of a pixel of a sheet, gray over the rest
+const HALF = 120; // of 255: half of the samples of a picture
+
+// Ours has 2 × 2 samples a pixel: readers draw twice as large.
+const SAMPLES = 2;
+
+const CASES = [
+  { name: 'scan', input: 'scan/frypan.glb', options: [] },
+  { name: 'materials', input: 'pbr/TennisRacquet/TennisRacquet.gltf', options: ['--textures', 'transfer'] },
+  { name: 'rigged', input: 'rigged/Fox.glb', options: [] },
+  { name: 'compressed', input: 'compressed/pirate_meshopt_quant.glb', options: ['--compress'] },
+  { name: 'named', input: 'scan/frypan.glb', options: ['--compress', '--format', 'gltf', '--layout', 'names'] },
+];
+const READERS = ['three', 'babylon'];
+
+const [tool, modules] = process.argv.slice(2).map((path) => resolve(path));
+const scratch = mkdtempSync(join(tmpdir(), 'seamwise-readers-'));
+process.on('exit', () => rmSync(scratch, { recursive: true, force: true }));
+
+function findBrowser() {
+  if (process.env.SEAMWISE_CHROMIUM) return process.env.SEAMWISE_CHROMIUM;
+  const folders = (process.env.PATH ?? '').split(':');
+  return folders.map((folder) => join(folder, 'chromium')).find(existsSync);
+}
+
+function run(...args) {
+  execFileSync(tool, ['--quiet', ...args], { stdio: ['ignore', 'ignore', 'inherit'] });
+}
+
+// The files of a bake of one level, that of all levels last.
+function bake({ name, input, options }) {
+  const folder = join(scratch, name);
+  run('bake', join(ASSETS, input), '-o', folder, '--ratios', '0.25', '--fast', '--no-evaluate', ...options);
+  const files = readdirSync(folder).filter((file) => /\.gl(b|tf)$/.test(file));
+  return files.sort((a, b) => b.length - a.length).map((file) => join(folder, file));
+}
+
+// What `seamwise evaluate` draws of a file all in white, and from where.
+function reference(file) {
+  const [plain, sheet, report] = ['plain.glb', 'sheet.png', 'report.json'].map((n) => join(scratch, n));
+  writePlain(file, plain);
+  run('evaluate', plain, plain, '--unlit', '--samples', '1000', '--views', VIEWS, '--resolution', SIDE,
+    '--sheet', sheet, '--sheet-views', VIEWS, '--json', report);
+  const cameras = JSON.parse(readFileSync(report)).views.map(({ eye, target, field_of_view_degrees }) => {
+    const distance = Math.hypot(...eye.map((x, axis) => x - target[axis]));
+    return { eye, target, fieldOfView: field_of_view_degrees, near: distance / 100, far: distance * 4 };
+  });
+  return { sheet: dataUrl(sheet), cameras };
+}
+
+const dataUrl = (path) => `data:image/png;base64,${readFileSync(path).toString('base64')}`;
+
+const TYPES = { '.html': 'text/html', '.js': 'text/javascript', '.mjs': 'text/javascript',
+  '.gltf': 'model/gltf+json', '.glb': 'model/gltf-binary', '.wasm': 'application/wasm',
+  '.png': 'image/png', '.jpg': 'image/jpeg' };
+
+// Serves the page, the packages and what was baked.
+function serve() {
+  const roots = { modules: join(modules, 'node_modules'), out: scratch, page: HERE };
+  const server = createServer((request, response) => {
+    const [, root, ...rest] = decodeURIComponent(new URL(request.url, 'http://x').pathname).split('/');
+    let path = roots[root] && join(roots[root], ...rest);
+    if (path && !extname(path)) path += '.js';
+    if (!path || !existsSync(path)) return response.writeHead(404).end();
+    response.writeHead(200, { 'content-type': TYPES[extname(path)] ?? 'application/octet-stream' });
+    return response.end(readFileSync(path));
+  });
+  return new Promise((done) => server.listen(0, '127.0.0.1', () => done(server)));
+}
+
+// Loads a file in a page of its own; what it shows, and all that the page complained about.
+async function show(browser, address, reader, { file, cameras, levels }) {
+  const page = await browser.newPage();
+  const complaints = [];
+  page.on('console', (message) => {
+    if (['error', 'warn'].includes(message.type()) && !/GPU stall|swiftshader/i.test(message.text())) {
+      complaints.push(message.text());
+    }
+  });
+  page.on('pageerror', (error) => complaints.push(String(error)));
+  page.on('requestfailed', (request) => complaints.push(`${request.url()} failed`));
+  await page.goto(`${address}/page/page.html`);
+  const url = `/out/${basename(dirname(file))}/${encodeURIComponent(basename(file))}`;
+  const job = { reader, url, cameras, levels, side: SAMPLES * SIDE, names: dirname(file).endsWith('named') };
+  const shown = await page.evaluate(async ({ reader, url, cameras, levels, side, names }) => {
+    const { show } = await import(`/page/show_${reader}.js`);
+    const canvas = document.getElementById('view');
+    [canvas.width, canvas.height] = [side, side];
+    return show(canvas, url, cameras, names, levels);
+  }, job);
+  await page.close();
+  return { ...shown, complaints };
+}
+
+// Intersection over union of what is white in pictures and in the first column of a sheet.
+async function overlaps(browser, pictures, sheet) {
+  const page = await browser.newPage();
+  const found = await page.evaluate(async (pictures, sheet, { side, samples, gap, covered, half }) => {
+    const pixels = async (url, size, x, y) => {
+      const image = await createImageBitmap(await (await fetch(url)).blob());
+      const canvas = new OffscreenCanvas(side, side);
+      const context = canvas.getContext('2d');
+      context.drawImage(image, x, y, size, size, 0, 0, side, side);
+      return context.getImageData(0, 0, side, side).data;
+    };
+    const overlap = async (picture, view) => {
+      const own = await pixels(picture, samples * side, 0, 0);
+      const other = await pixels(sheet, side, gap, gap + 2 * view * (side + gap));
+      let [both, either] = [0, 0];
+      for (let i = 0; i < own.length; i += 4) {
+        const [a, b] = [own[i] >= half, other[i] >= covered];
+        both += a && b;
+        either += a || b;
+      }
+      return both / either;
+    };
+    return Promise.all(pictures.map(overlap));
+  }, pictures, sheet, { side: SIDE, samples: SAMPLES, gap: GAP, covered: COVERED, half: HALF });
+  await page.close();
+  return found;
+}
+
+// Checks that Babylon shows the coarsest level first, and the source in its place then.
+async function checkStages(browser, address, file, cameras) {
+  const [coarse, all] = [
+    await show(browser, address, 'babylon', { file, cameras, levels: 1 }),
+    await show(browser, address, 'babylon', { file, cameras }),
+  ];
+  const share = coarse.triangles / all.triangles;
+  console.log(`  babylon: stages ${all.stages.join(', ')}; ${coarse.triangles} triangles first, then ${all.triangles}`);
+  return all.stages.join() === '0,1' && share > 0.2 && share < 0.3 ? 0 : 1;
+}
+
+async function main() {
+  const executablePath = findBrowser();
+  if (!executablePath) return console.log('skipped: no chromium, so no reader looks at the outputs');
+  if (!existsSync(ASSETS)) return console.log(`skipped: ${ASSETS} is absent`);
+  const require = createRequire(join(modules, 'here.js'));
+  const puppeteer = require('puppeteer-core');
+  const args = ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist'];
+  const browser = await puppeteer.launch({ executablePath, args });
+  const server = await serve();
+  const address = `http://127.0.0.1:${server.address().port}`;
+  let failures = 0;
+  for (const own of CASES) {
+    for (const file of bake(own)) {
+      const { sheet, cameras } = reference(file);
+      for (const reader of READERS) {
+        const { pictures, triangles, complaints } = await show(browser, address, reader, { file, cameras });
+        const found = await overlaps(browser, pictures, sheet);
+        const isFine = complaints.length === 0 && found.every((overlap) => overlap > LEAST);
+        failures += isFine ? 0 : 1;
+        const told = found.map((overlap) => overlap.toFixed(4)).join(', ');
+        console.log(`${own.name}/${basename(file)} in ${reader}: ${triangles} triangles, overlap ${told}`);
+        complaints.forEach((complaint) => console.log(`  ${complaint}`));
+      }
+      if (own.name === 'scan' && !file.includes('_lod')) {
+        failures += await checkStages(browser, address, file, cameras);
+      }
+    }
+  }
+  await browser.close();
+  server.close();
+  console.log(`${failures} failures`);
+  process.exitCode = failures === 0 ? 0 : 1;
+}
+
+await main();
