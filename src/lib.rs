@@ -14,6 +14,8 @@
 //! - `seamwise_attr` simplifies that surface by a generalized quadric, with attributes in wedges,
 //!   emits every level from one descent, and polishes each: fits it to the source by least squares.
 //! - [`atlas`] finds the texels that no chart covers, and `seamwise_texture` fills them.
+//! - [`transfer`] makes textures for each level, sampled from the source, and [`dress`] puts them into
+//!   documents.
 //! - [`seams`] finds the edges where a surface reads two places of an image, to make both equal.
 //! - [`levels`] puts levels into documents, as small integers if [`quantize`](mod@quantize) is asked
 //!   to; [`output`] makes files of documents, [`write`](mod@write) puts them where they belong.

@@ -41,6 +41,12 @@
 //! [`repack`](fn@repack) lays charts out anew in one atlas, for surfaces whose UVs tile, overlap or
 //! are mirrored, where one texel belongs to several places.
 //!
+//! # Transfer
+//!
+//! [`transfer`](mod@transfer) makes the images of a level anew: each texel is cast to the surface of
+//! the source and sampled there, and a normal map gets the shape that the level has lost.
+//! [`repack`](fn@repack) lays charts out anew where their own layout tiles or overlaps.
+//!
 //! - S. Gortler, R. Grzeszczuk, R. Szeliski, M. Cohen, "The Lumigraph", SIGGRAPH 1996: pull-push for
 //!   scattered samples, with weights that saturate.
 //! - M. Kraus, "The pull-push algorithm revisited", GRAPP 2009: smooth kernels for both directions,
