@@ -30,7 +30,7 @@ use crate::report::threads::time_threads;
 use crate::report::{BakeReport, InputReport, LevelReport, Seconds, peak_memory};
 use crate::steering::MeshSteering;
 use crate::surfaces::weld_all;
-use crate::transfer::{Origin, Plan, transfer_all};
+use crate::transfer::{MaterialTextures, Origin, Plan, TransferOptions, transfer_all};
 use crate::write::{refuse_overwriting, write_recorded};
 
 /// Where an asset comes from.
@@ -155,10 +155,6 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
     let mut clock = Clock::default();
     let asset = clock.time(|s| &mut s.read, || input.read(options.reading()))?;
     let geometries = clock.time(|s| &mut s.weld, || weld_all(&asset))?;
-    let plan = match options.textures {
-        Textures::Transfer(transfer) => Some(Plan::new(&asset, &geometries, transfer.atlas)?),
-        Textures::Repair | Textures::Keep => None,
-    };
     let steering = options.steering.resolve(&asset, &geometries, options.memory_limit)?;
     let simplify = || simplify_all(&geometries, &steering, options, progress);
     let mut chains = clock.time(|s| &mut s.simplify, simplify)?;
@@ -168,22 +164,18 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
     }
     let repairs = clock.time(|s| &mut s.repair, || repair_images(&asset, options))?;
     let images = clock.time(|s| &mut s.repair, || finish_images(&asset, repairs.as_deref()))?;
-    let textures = match (options.textures, &plan, &repairs) {
-        (Textures::Transfer(transfer), Some(plan), Some(repairs)) => {
-            let origin = Origin {
-                asset: &asset,
-                surfaces: &geometries,
-                repairs,
-                images: &images,
-                screen: options.screen,
-                limit: options.memory_limit,
-            };
-            let run = || transfer_all(&origin, plan, &chains, &transfer, progress);
-            let (textures, relaid) = clock.time(|s| &mut s.transfer, run)?;
-            chains = relaid.unwrap_or(chains);
-            textures
+    let (textures, materials) = match (options.textures, &repairs) {
+        (Textures::Transfer(transfer), Some(repairs)) => {
+            let (surfaces, screen) = (&geometries[..], options.screen);
+            let (images, limit) = (&images[..], options.memory_limit);
+            let origin = Origin { asset: &asset, surfaces, repairs, images, screen, limit };
+            let run = || own_textures(&origin, &mut chains, &transfer, progress);
+            clock.time(|s| &mut s.transfer, run)?
         }
-        _ => vec![LevelTextures::shared(&images, &geometries); options.targets.count()],
+        _ => {
+            let shared = LevelTextures::shared(&images, &geometries);
+            (vec![shared; options.targets.count()], Vec::new())
+        }
     };
     let mut extras = Extras::default();
     if let (Some(repairs), Some(_)) = (repairs, options.report) {
@@ -195,33 +187,28 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
     let dressed = clock.time(|s| &mut s.write, dress)?;
     let levels = clock.time(|s| &mut s.write, || level_assets(&asset, &dressed))?;
     let mut cache = TextureCache::with_limit(options.memory_limit);
-    let mut measured = None;
-    if let Some(evaluation) = options.evaluation() {
-        let measure = || evaluate_all(&asset, &levels, evaluation, &mut cache, progress);
-        measured = Some(clock.time(|s| &mut s.evaluate, measure)?);
-    }
+    let measure = |options| {
+        let measure = || evaluate_all(&asset, &levels, options, &mut cache, progress);
+        clock.time(|s| &mut s.evaluate, measure)
+    };
+    let measured = options.evaluation().map(measure).transpose()?;
     if options.report.is_some() {
         let draw = || draw_all(&asset, &levels, &mut cache, progress);
         extras.gallery = Some(clock.time(|s| &mut s.report, draw)?);
     }
-    let files = clock.time(
-        |s| &mut s.write,
-        || {
-            let chain = Chain { asset: &asset, levels: &dressed, images: &images };
-            let documents = chain.documents(levels, measured.as_ref(), &input.stem(), options)?;
-            options.output.encode(&input.stem(), &documents)
-        },
-    )?;
+    let encode = || {
+        let chain = Chain { asset: &asset, levels: &dressed, images: &images };
+        let documents = chain.documents(levels, measured.as_ref(), &input.stem(), options)?;
+        options.output.encode(&input.stem(), &documents)
+    };
+    let files = clock.time(|s| &mut s.write, encode)?;
     let report = BakeReport {
         schema: 1,
         digest: String::new(),
         input: input_report(input, &asset, &geometries),
         screen: options.screen,
         levels: level_reports(&dressed, &chains, &steering, options, measured.as_ref()),
-        materials: match &plan {
-            Some(plan) => plan.fates(&asset)?,
-            None => Vec::new(),
-        },
+        materials,
         seconds: clock.seconds,
         peak_memory_bytes: peak_memory(),
     };
@@ -241,6 +228,22 @@ impl Clock {
         *stage(&mut self.seconds) += start.elapsed().as_secs_f64();
         result
     }
+}
+
+/// Textures of each level's own, and what became of those of each material. Where charts are laid out
+/// anew, the levels of `chains` are.
+fn own_textures(
+    origin: &Origin<'_>,
+    chains: &mut Vec<Vec<Level>>,
+    options: &TransferOptions,
+    progress: &Progress,
+) -> Result<(Vec<LevelTextures>, Vec<MaterialTextures>)> {
+    let plan = Plan::new(origin.asset, origin.surfaces, options.atlas)?;
+    let (textures, relaid) = transfer_all(origin, &plan, chains, options, progress)?;
+    if let Some(relaid) = relaid {
+        *chains = relaid;
+    }
+    Ok((textures, plan.fates(origin.asset)?))
 }
 
 /// What became of each image, if they are to be repaired.
