@@ -24,7 +24,7 @@ pub(crate) struct Part {
     pub(crate) normals: Vec<Vec<f32>>,
     pub(crate) uvs: Vec<Vec<f32>>,
     pub(crate) triangles: Vec<[u32; 3]>,
-    /// Bits of an index in the file; 32 if there is none.
+    /// Bits of an index in the file; 0 if there is none.
     pub(crate) index_bits: usize,
 }
 
@@ -118,7 +118,7 @@ impl Output {
         let rows = |semantic| primitive.get(&semantic).map_or(Vec::new(), |a| self.rows(&a));
         let positions = rows(Semantic::Positions);
         let (indices, index_bits) = match primitive.indices() {
-            None => ((0..positions.len() as u32).collect(), 32),
+            None => ((0..positions.len() as u32).collect(), 0),
             Some(accessor) => self.indices(&accessor),
         };
         assert_eq!(indices.len() % 3, 0, "indices are not in threes");
