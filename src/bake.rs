@@ -347,11 +347,7 @@ fn level_reports(
                 .zip(steering)
                 .map(|(level, steering)| level.error * steering.stretch())
                 .fold(0.0, f64::max),
-            draw_calls: dressed[index]
-                .meshes
-                .iter()
-                .flat_map(|mesh| mesh.parts.iter().flatten())
-                .count(),
+            draw_calls: dressed[index].meshes.iter().map(LevelMesh::draw_calls).sum(),
             texture_bytes: dressed[index].textures.bytes(),
             reached: stopped.is_empty(),
             why: stopped.first().map(|stop| match chains.len() {

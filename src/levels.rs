@@ -53,6 +53,14 @@ impl<'a> LevelMesh<'a> {
         Ok(Self { geometry, triangles: own.triangles.len(), parts, grid: None })
     }
 
+    /// Number of its primitives.
+    pub(crate) fn draw_calls(&self) -> usize {
+        match &self.parts {
+            Some(parts) => parts.iter().flatten().count(),
+            None => self.geometry.parts.len(),
+        }
+    }
+
     /// Makes the vertices small, as [`quantize`](crate::quantize) tells.
     pub(crate) fn quantize(&mut self, error: f64, may_scale: bool) {
         if let Some(parts) = &mut self.parts {
