@@ -3,6 +3,7 @@
 use crate::buckets::Buckets;
 use crate::id::{CornerId, PointId, WedgeId};
 use crate::mesh::Mesh;
+use crate::sets::DisjointSets;
 
 /// What an edge is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -122,8 +123,9 @@ impl Census {
     /// Counts a mesh.
     pub fn new(mesh: &Mesh) -> Self {
         let mut census = Self::default();
-        let mut charts = Islands::new(mesh.triangles.len());
-        let mut shells = Islands::new(mesh.triangles.len());
+        let triangles = mesh.triangles.len();
+        let (mut charts, mut shells) = (DisjointSets::new(triangles), DisjointSets::new(triangles));
+        (census.charts, census.shells) = (triangles, triangles);
         visit_edges(mesh, |kind, sides| {
             match kind {
                 EdgeKind::Inner => {}
@@ -133,9 +135,10 @@ impl Census {
                 EdgeKind::Complex => census.complex += 1,
             }
             for pair in sides.windows(2) {
-                shells.join(pair[0].1, pair[1].1);
+                let [a, b] = [pair[0].1 as u32, pair[1].1 as u32];
+                census.shells -= usize::from(shells.join(a, b));
                 if matches!(kind, EdgeKind::Inner | EdgeKind::Crease) {
-                    charts.join(pair[0].1, pair[1].1);
+                    census.charts -= usize::from(charts.join(a, b));
                 }
             }
         });
@@ -144,37 +147,7 @@ impl Census {
             wedges[point] += 1;
         }
         census.junctions = wedges.iter().filter(|&&count| count >= 3).count();
-        census.charts = charts.count;
-        census.shells = shells.count;
         census
-    }
-}
-
-/// Union-find over triangles.
-struct Islands {
-    parents: Vec<usize>,
-    count: usize,
-}
-
-impl Islands {
-    fn new(count: usize) -> Self {
-        Self { parents: (0..count).collect(), count }
-    }
-
-    fn root(&mut self, mut at: usize) -> usize {
-        while self.parents[at] != at {
-            self.parents[at] = self.parents[self.parents[at]];
-            at = self.parents[at];
-        }
-        at
-    }
-
-    fn join(&mut self, a: usize, b: usize) {
-        let (a, b) = (self.root(a), self.root(b));
-        if a != b {
-            self.parents[a.max(b)] = a.min(b);
-            self.count -= 1;
-        }
     }
 }
 

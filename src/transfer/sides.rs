@@ -3,7 +3,7 @@
 use glam::Vec4;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
-use seamwise_attr::{Level, Mesh, WedgeId};
+use seamwise_attr::{DisjointSets, Level, Mesh, WedgeId};
 use seamwise_texture::transfer::{Side, Source};
 
 use crate::asset::Asset;
@@ -69,28 +69,18 @@ impl Tags {
 /// One per wedge: its chart. Triangles are of one chart where they share a point with the same UVs,
 /// whatever their normals.
 fn wedge_charts(mesh: &Mesh) -> Vec<u32> {
-    let mut parents: Vec<u32> = (0..mesh.wedge_points.len() as u32).collect();
+    let mut sets = DisjointSets::new(mesh.wedge_points.len());
     let uvs = 2 * mesh.layout.uv_sets;
     let mut known: FxHashMap<(u32, Vec<u32>), u32> = FxHashMap::default();
     for triangle in &mesh.triangles {
-        let same = triangle.map(|wedge| {
+        for &wedge in triangle {
             let bits = mesh.row(wedge)[..uvs].iter().map(|x| x.to_bits()).collect();
-            *known.entry((mesh.wedge_points[wedge].0, bits)).or_insert(wedge.0)
-        });
-        let joined = triangle.map(|wedge| wedge.0).into_iter().chain(same);
-        let roots: Vec<u32> = joined.map(|wedge| root(&mut parents, wedge)).collect();
-        let first = roots.iter().copied().min().unwrap_or_default();
-        roots.into_iter().for_each(|root| parents[root as usize] = first);
+            let same = *known.entry((mesh.wedge_points[wedge].0, bits)).or_insert(wedge.0);
+            sets.join(wedge.0, same);
+            sets.join(wedge.0, triangle[0].0);
+        }
     }
-    (0..parents.len() as u32).map(|wedge| root(&mut parents, wedge)).collect()
-}
-
-fn root(parents: &mut [u32], mut wedge: u32) -> u32 {
-    while parents[wedge as usize] != wedge {
-        parents[wedge as usize] = parents[parents[wedge as usize] as usize];
-        wedge = parents[wedge as usize];
-    }
-    wedge
+    (0..mesh.wedge_points.len() as u32).map(|wedge| sets.root(wedge)).collect()
 }
 
 #[cfg(test)]

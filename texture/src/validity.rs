@@ -10,6 +10,7 @@
 
 use glam::Vec2;
 use image::DynamicImage;
+use seamwise_attr::DisjointSets;
 
 use crate::coverage::Coverage;
 use crate::raster::{UvTriangle, to_texels};
@@ -167,32 +168,24 @@ pub(crate) fn known(uvs: &[Vec2]) -> impl Fn(&&[u32; 3]) -> bool {
 
 /// Charts as disjoint sets of UV indices.
 pub(crate) struct Charts {
-    parent: Vec<u32>,
+    sets: DisjointSets,
 }
 
 impl Charts {
     /// Each UV on its own.
     pub(crate) fn new(uvs: usize) -> Self {
-        Self { parent: (0..uvs as u32).collect() }
+        Self { sets: DisjointSets::new(uvs) }
     }
 
     /// The index that names the chart of a UV.
     pub(crate) fn of(&mut self, uv: u32) -> usize {
-        let mut at = uv as usize;
-        while self.parent[at] as usize != at {
-            self.parent[at] = self.parent[self.parent[at] as usize];
-            at = self.parent[at] as usize;
-        }
-        at
+        self.sets.root(uv) as usize
     }
 
     /// Unites the charts of three UVs.
-    pub(crate) fn join(&mut self, triangle: &[u32; 3]) {
-        let [a, b, c] = triangle.map(|uv| self.of(uv) as u32);
-        let root = a.min(b).min(c);
-        for chart in [a, b, c] {
-            self.parent[chart as usize] = root;
-        }
+    pub(crate) fn join(&mut self, &[a, b, c]: &[u32; 3]) {
+        self.sets.join(a, b);
+        self.sets.join(b, c);
     }
 }
 

@@ -17,6 +17,7 @@ use crate::marks::Marks;
 use crate::metric::Metric;
 use crate::options::Cost;
 use crate::quadric::{self, PointQuadric};
+use crate::sets::DisjointSets;
 use crate::topology::Topology;
 pub(crate) use volume::Plane;
 
@@ -48,7 +49,7 @@ pub(crate) struct Plan {
     slots: Marks,
     counts: [Marks; 2],
     near: [Vec<PointId>; 2],
-    parents: Vec<u32>,
+    sets: DisjointSets,
     row: Vec<f64>,
 }
 
@@ -80,7 +81,7 @@ impl Plan {
             slots: Marks::new(wedges),
             counts: [Marks::new(points), Marks::new(points)],
             near: [Vec::new(), Vec::new()],
-            parents: Vec::new(),
+            sets: DisjointSets::default(),
             row: Vec::new(),
         }
     }
@@ -171,21 +172,19 @@ impl Plan {
 
     /// Joins the two wedges of each collapsing triangle, by union-find over the wedges at hand.
     fn unify(&mut self, topology: &Topology) {
-        self.parents.clear();
-        self.parents.extend(0..self.wedges.len() as u32);
+        self.sets.reset(self.wedges.len());
         for &triangle in &self.vanishing {
             let [a, b] = self.points.map(|point| {
                 let slot = topology.slot_of(triangle, point).expect("a collapsing triangle");
                 let wedge = topology.wedge(triangle.corner(slot));
                 self.slots.get(wedge.index()).expect("a wedge of either point")
             });
-            let (a, b) = (root(&mut self.parents, a), root(&mut self.parents, b));
-            self.parents[a.max(b) as usize] = a.min(b);
+            self.sets.join(a, b);
         }
         self.merged_of.clear();
         self.members.clear();
         for slot in 0..self.wedges.len() as u32 {
-            let root = root(&mut self.parents, slot);
+            let root = self.sets.root(slot);
             let merged = if root == slot {
                 self.members.push(self.wedges[slot as usize]);
                 self.members.len() as u32 - 1
@@ -282,15 +281,6 @@ impl Plan {
             .filter(|&(_, &merged)| self.used[merged as usize])
             .map(|(&wedge, &merged)| (self.members[merged as usize], wedge))
     }
-}
-
-/// The representative of `slot`, with the path to it halved.
-fn root(parents: &mut [u32], mut slot: u32) -> u32 {
-    while parents[slot as usize] != slot {
-        parents[slot as usize] = parents[parents[slot as usize] as usize];
-        slot = parents[slot as usize];
-    }
-    slot
 }
 
 #[cfg(test)]
