@@ -259,8 +259,7 @@ fn speed(criterion: &mut Criterion) {
     let charts = vec![0; mesh.triangles.len()];
     let side = |mesh| Side { mesh, tangents: &[], charts: &charts };
     let source = Source::new(side(&mesh));
-    let cage = 6.0 * source.rms_distance(&level);
-    let pairs = [Pair { source: &source, level: side(&level), cage }];
+    let pairs = [Pair { source: &source, level: side(&level) }];
     let face = |triangle: usize| Face {
         pair: 0,
         triangle: triangle as u32,

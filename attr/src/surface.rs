@@ -173,17 +173,6 @@ impl Surface {
     /// between them. None also if the ray is not finite, or all of its direction's components are
     /// below 1e-18 or one above 1e18.
     pub fn first_hit(&self, origin: Vec3, direction: Vec3, max: f32) -> Option<Hit> {
-        self.first_hit_where(origin, direction, max, |_| true)
-    }
-
-    /// [`Surface::first_hit`] among the triangles that `accept` approves.
-    pub fn first_hit_where(
-        &self,
-        origin: Vec3,
-        direction: Vec3,
-        max: f32,
-        accept: impl Fn(TriangleId) -> bool,
-    ) -> Option<Hit> {
         let direction = direction.map(|d| if d.abs() < SMALLEST_SLOPE { 0.0 } else { d });
         let length = direction.abs().max_element();
         let is_ray = origin.is_finite()
@@ -201,7 +190,7 @@ impl Surface {
                 let Some((distance, weights)) = shear.hit(corners) else { continue };
                 let is_first = distance < bound
                     || (distance == bound && best.is_none_or(|best| triangle < best.1));
-                if is_first && accept(triangle) {
+                if is_first {
                     best = Some((distance, triangle, weights));
                     bound = distance;
                 }

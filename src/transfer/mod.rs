@@ -48,8 +48,6 @@ pub use sizes::Sizes;
 use sizes::{Share, Yardstick, fit, halved};
 pub use store::TextureFormat;
 
-/// A ray looks for the source this many times the RMS distance of the level away.
-const CAGE: f32 = 6.0;
 /// How often images are made smaller until they fit a budget: a file's bytes are not known before it
 /// is made.
 const ATTEMPTS: usize = 8;
@@ -140,7 +138,7 @@ pub(crate) fn transfer_all(
     let levels = (0..worn.len())
         .map(|level| Worn {
             meshes: worn[level].clone(),
-            pairs: pairs(&sources, &meshes[level], &tags[level], &distances[level]),
+            pairs: pairs(&sources, &meshes[level], &tags[level]),
         })
         .collect();
     let stage = Stage { origin, yardstick, sheets, levels, options, progress };
@@ -149,20 +147,9 @@ pub(crate) fn transfer_all(
 }
 
 /// The surfaces of a level with their sources.
-fn pairs<'a>(
-    sources: &'a [Source<'a>],
-    meshes: &[&'a Mesh],
-    tags: &'a [Tags],
-    distances: &[f32],
-) -> Vec<Pair<'a>> {
-    let surfaces = sources.iter().zip(meshes).zip(tags).zip(distances);
-    surfaces
-        .map(|(((source, &mesh), tags), distance)| Pair {
-            source,
-            level: tags.side(mesh),
-            cage: CAGE * distance,
-        })
-        .collect()
+fn pairs<'a>(sources: &'a [Source<'a>], meshes: &[&'a Mesh], tags: &'a [Tags]) -> Vec<Pair<'a>> {
+    let surfaces = sources.iter().zip(meshes).zip(tags);
+    surfaces.map(|((source, &mesh), tags)| Pair { source, level: tags.side(mesh) }).collect()
 }
 
 /// Width and height of the images of each sheet, level by level.

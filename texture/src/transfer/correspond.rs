@@ -1,13 +1,19 @@
-//! Where on the source a point of a level lies.
+//! Where on the source a point of a level lies: at the nearest place that is not on the wrong sheet.
 //!
-//! A ray both ways along the level's normal, no farther than a cage around it, finds what an eye
-//! sees there; the nearer hit of the two counts. A ray that finds nothing, beyond a silhouette or
-//! in a fold, leaves it to the nearest point. Neither may land on the wrong sheet: only triangles
-//! of the same group are looked at, and first only those that face the same way as the level's smooth
-//! normal or its triangle. So the inside of a cup never takes the picture of its outside, however thin
-//! its wall is. Of those the ones of the chart that the level's triangle comes from go before all
-//! others, so that no picture of the other side of a seam gets into the rim of a chart, where mip maps
-//! would spread it.
+//! Only triangles of the same group are looked at, and first only those that face the same way as the
+//! level's smooth normal or its triangle. So the inside of a cup never takes the picture of its
+//! outside, however thin its wall is.
+//!
+//! At the rim of a chart the nearest place may lie across the seam, by rounding or because the level's
+//! seam runs elsewhere. Within a fifth of a texel of it a place of the own chart is taken instead: else
+//! texels of the other side get into the rim wherever both seams are the same. Farther off the other
+//! side is right, where the own chart would only repeat its rim.
+//!
+//! Measured at 25 and 6.25 % of five assets, with textures as large as the source's: rays both ways
+//! along the level's normal, first in the own chart, and nearest places only where they miss, show
+//! luminance within 1 % of nearest places alone, and 1.05 times their error of color. Slides of 0.1,
+//! 0.2, 0.3, 0.5 and 1 texel, and any, give popcorn .00116 .00108 .00109 .00118 .00121 .00121 at 25 %
+//! and .00183 .00193 .00205 .00226 .00257 .00265 at 6.25 %; none at all .00171 and .00195.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -17,6 +23,24 @@ use super::side::{Side, Spot};
 
 /// Cosine between normals of the level and a source triangle's from which on it lies on the same side.
 const SAME_SIDE: f32 = 0.2;
+/// A place of the own chart counts as the nearest if it is so many texels from it.
+const SLIDE: f32 = 0.2;
+
+/// A point of a level that looks for its place.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LevelPoint {
+    pub(super) position: Vec3,
+    /// The smooth normal there, a unit or zero.
+    pub(super) smooth: Vec3,
+    /// The normal of its triangle, a unit or zero.
+    pub(super) plane: Vec3,
+    /// The triangle's group.
+    pub(super) group: u32,
+    /// The triangle's chart.
+    pub(super) chart: u32,
+    /// The side of a texel there, in the units of the mesh.
+    pub(super) texel: f32,
+}
 
 /// A source, ready to be searched.
 #[derive(Clone, Debug)]
@@ -49,16 +73,10 @@ impl<'a> Source<'a> {
         f32::max(rms(probes(level), &self.surface), rms(probes(own), &there))
     }
 
-    /// The place that belongs to a point of a level, of a triangle of this group and chart. None if the
-    /// group has no triangle. `normals`: the smooth one there, and that of its triangle. A ray along the
-    /// smooth one looks no farther than `cage`, nor does the search for a place of the same chart.
-    pub(super) fn find(
-        &self,
-        p: Vec3,
-        [smooth, plane]: [Vec3; 2],
-        (group, chart): (u32, u32),
-        cage: f32,
-    ) -> Option<Spot> {
+    /// The place that belongs to a point of a level; none if the group has no triangle. `guess` is a
+    /// place that may be near, by which the search is shorter and finds the same.
+    pub(super) fn find(&self, point: &LevelPoint, guess: Option<Spot>) -> Option<Spot> {
+        let LevelPoint { position, smooth, plane, group, chart, texel } = *point;
         // Vertex normals may point inward all over; a triangle is what has sides.
         let normal = if smooth.dot(plane) < 0.0 { -smooth } else { smooth };
         let is_own = |triangle: TriangleId| self.side.mesh.groups[triangle] == group;
@@ -66,31 +84,24 @@ impl<'a> Source<'a> {
             let face = self.face_normals[triangle];
             is_own(triangle) && face.dot(normal).max(face.dot(plane)) > SAME_SIDE
         };
-        let in_chart =
-            |triangle: TriangleId| self.side.charts[triangle] == chart && faces(triangle);
-        let nearest = |most: f32, accept: &dyn Fn(TriangleId) -> bool| {
-            let near = self.surface.closest_point_where(p, most, accept)?;
-            Some(Spot { triangle: near.triangle.index(), barycentrics: near.barycentrics })
+        let nearest = |to: Vec3, most: f32, accept: &dyn Fn(TriangleId) -> bool| {
+            self.surface.closest_point_where(to, most, accept)
         };
-        self.hit(p, normal, cage, &in_chart)
-            .or_else(|| nearest(cage, &in_chart))
-            .or_else(|| self.hit(p, normal, cage, &faces))
-            .or_else(|| nearest(f32::INFINITY, &faces))
-            .or_else(|| nearest(f32::INFINITY, &is_own))
-    }
-
-    /// The nearer of the first hits along a normal and against it.
-    fn hit(
-        &self,
-        p: Vec3,
-        normal: Vec3,
-        cage: f32,
-        accept: &dyn Fn(TriangleId) -> bool,
-    ) -> Option<Spot> {
-        let ray = |way: Vec3| self.surface.first_hit_where(p, way, cage, accept);
-        let hits = [ray(normal), ray(-normal)].into_iter().flatten();
-        let hit = hits.min_by(|a, b| a.distance.total_cmp(&b.distance))?;
-        Some(Spot { triangle: hit.triangle.index(), barycentrics: hit.barycentrics })
+        let guess = guess.filter(|guess| faces(TriangleId::new(guess.triangle)));
+        let near = guess
+            .and_then(|guess| {
+                nearest(position, position.distance(self.side.position(guess)), &faces)
+            })
+            .or_else(|| nearest(position, f32::INFINITY, &faces))
+            .or_else(|| nearest(position, f32::INFINITY, &is_own))?;
+        let in_chart = |triangle: TriangleId| self.side.charts[triangle] == chart;
+        let near = if in_chart(near.triangle) {
+            near
+        } else {
+            let own = |triangle| in_chart(triangle) && faces(triangle);
+            nearest(near.point, SLIDE * texel, &own).unwrap_or(near)
+        };
+        Some(Spot { triangle: near.triangle.index(), barycentrics: near.barycentrics })
     }
 }
 
@@ -141,16 +152,9 @@ mod tests {
         mesh.triangle_positions(spot.triangle)[0].z
     }
 
-    #[test]
-    fn the_nearer_hit_along_the_normal_is_taken_within_the_cage() {
-        let mut mesh = squares(&[0.1, 0.5]);
-        mesh.groups.fill(0);
-        let source = source(&mesh);
-        let found = |z: f32, cage| {
-            let p = Vec3::new(0.3, 0.6, z);
-            height(&mesh, source.find(p, [Vec3::Z; 2], (0, 0), cage).unwrap())
-        };
-        assert_eq!([found(0.2, 1.0), found(0.4, 1.0), found(0.4, 0.01)], [0.1, 0.5, 0.5]);
+    fn point(position: Vec3, normals: [Vec3; 2]) -> LevelPoint {
+        let [smooth, plane] = normals;
+        LevelPoint { position, smooth, plane, group: 0, chart: 0, texel: 0.0 }
     }
 
     #[test]
@@ -158,12 +162,12 @@ mod tests {
         let mut mesh = squares(&[0.2, -0.21]);
         mesh.groups.fill(0);
         let source = source(&mesh);
-        let p = Vec3::new(0.3, 0.6, 0.209);
-        let found = |normal: Vec3| height(&mesh, source.find(p, [normal; 2], (0, 0), 1.0).unwrap());
+        let at = |normal: Vec3| point(Vec3::new(0.3, 0.6, 0.209), [normal; 2]);
+        let found = |normal: Vec3| height(&mesh, source.find(&at(normal), None).unwrap());
         assert_eq!([found(Vec3::Z), found(Vec3::NEG_Z)], [0.2, 0.21]);
         // Where nothing faces the same way, any place of the group is better than none.
-        assert!(source.find(p, [Vec3::X; 2], (0, 0), 1.0).is_some());
-        assert!(source.find(p, [Vec3::Z; 2], (1, 0), 1.0).is_none());
+        assert_eq!(found(Vec3::X), 0.21);
+        assert!(source.find(&LevelPoint { group: 1, ..at(Vec3::Z) }, None).is_none());
     }
 
     #[test]
@@ -171,24 +175,45 @@ mod tests {
         let mut mesh = squares(&[0.2, -0.21]);
         mesh.groups.fill(0);
         let source = source(&mesh);
-        let p = Vec3::new(0.3, 0.6, 0.2);
         for smooth in [Vec3::new(1.0, 0.0, 0.1).normalize(), Vec3::X, Vec3::NEG_Z] {
-            let found = source.find(p, [smooth, Vec3::Z], (0, 0), 1.0).unwrap();
+            let at = point(Vec3::new(0.3, 0.6, 0.2), [smooth, Vec3::Z]);
+            let found = source.find(&at, None).unwrap();
             assert_eq!(height(&mesh, found), 0.2, "{smooth}");
         }
     }
 
     #[test]
-    fn the_own_chart_answers_within_the_cage_though_another_is_nearer() {
+    fn the_own_chart_answers_only_next_to_the_nearest_place() {
         let mut mesh = squares(&[0.1, 0.3]);
         mesh.groups.fill(0);
         let charts = [0, 0, 1, 1];
         let source = Source::new(Side { mesh: &mesh, tangents: &[], charts: &charts });
-        let found = |chart, cage| {
-            let p = Vec3::new(0.3, 0.6, 0.15);
-            height(&mesh, source.find(p, [Vec3::Z; 2], (0, chart), cage).unwrap())
+        let found = |chart, texel| {
+            let at = point(Vec3::new(0.3, 0.6, 0.15), [Vec3::Z; 2]);
+            height(&mesh, source.find(&LevelPoint { chart, texel, ..at }, None).unwrap())
         };
-        assert_eq!([found(0, 1.0), found(1, 1.0), found(1, 0.1)], [0.1, 0.3, 0.1]);
+        let slide = 0.2 / SLIDE;
+        assert_eq!(
+            [found(0, 0.0), found(1, 1.01 * slide), found(1, 0.99 * slide)],
+            [0.1, 0.3, 0.1]
+        );
+    }
+
+    #[test]
+    fn a_guess_changes_nothing() {
+        let mut mesh = squares(&[0.1, 0.25, -0.3, 0.6]);
+        mesh.groups.fill(0);
+        let charts = [0; 8];
+        let source = Source::new(Side { mesh: &mesh, tangents: &[], charts: &charts });
+        for step in 0..=20u8 {
+            let at = point(Vec3::new(0.3, 0.6, 0.04 * f32::from(step)), [Vec3::Z; 2]);
+            let alone = source.find(&at, None);
+            for triangle in 0..8 {
+                let guess = Spot { triangle, barycentrics: Vec3::new(0.2, 0.3, 0.5) };
+                assert_eq!(source.find(&at, Some(guess)), alone);
+            }
+            assert_eq!(source.find(&at, alone), alone);
+        }
     }
 
     #[test]

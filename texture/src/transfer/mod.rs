@@ -2,7 +2,7 @@
 //!
 //! A level's UVs slide over its textures, and a repair fills with what is likely where they leave
 //! the charts. A transfer makes it right instead: every texel of a level's charts, and of the gutter
-//! around them, is cast to the source along the level's normal (`correspond`), and every image of
+//! around them, takes the place of the source that is nearest to it (`correspond`), and every image of
 //! the source is read there ([`Picture`]), colors in linear light. Whatever no chart covers is left
 //! to [`repair`](fn@crate::repair).
 //!
@@ -56,8 +56,6 @@ pub struct Pair<'a> {
     pub source: &'a Source<'a>,
     /// The level; its groups are the source's.
     pub level: Side<'a>,
-    /// How far from the level a ray looks for the source, in the units of the mesh.
-    pub cage: f32,
 }
 
 /// A triangle of a level in the atlas.
@@ -161,7 +159,8 @@ pub fn transfer(job: &Job<'_>, rows: &AtomicUsize) -> Result<Transferred> {
     let blank = |output: &Output<'_>| DynamicImage::new(width as u32, height as u32, output.color);
     let mut images: Vec<DynamicImage> = job.outputs.iter().map(blank).collect();
     let mut made = vec![Vec::with_capacity(width * height); job.outputs.len()];
-    let caster = Caster { job, owners: &owners, parts, fine, lods: job.lods(fine) };
+    let (lods, texels) = (job.lods(fine), job.texels());
+    let caster = Caster { job, owners: &owners, parts, fine, lods, texels };
     let (mut bend, mut bends) = (0.0, 0usize);
     for first in (0..height).step_by(ROWS) {
         let cast: Vec<Row> = (first..(first + ROWS).min(height))
@@ -225,6 +224,20 @@ impl Job<'_> {
         };
         let outputs = 0..self.outputs.len();
         self.faces.iter().flat_map(|face| outputs.clone().map(move |at| lod(face, at))).collect()
+    }
+
+    /// One per face: the side of a texel on the level, in the units of its mesh.
+    fn texels(&self) -> Vec<f32> {
+        let size = Vec2::new(self.size[0] as f32, self.size[1] as f32);
+        let side = |face: &Face| {
+            let [a, b, c] = face.uvs.map(|uv| (uv * size).as_dvec2());
+            let texels = (b - a).perp_dot(c - a).abs();
+            let level = self.pairs[face.pair as usize].level.mesh;
+            let [a, b, c] = level.triangle_positions(face.triangle as usize);
+            let area = (b - a).as_dvec3().cross((c - a).as_dvec3()).length();
+            if texels > 0.0 { (area / texels).sqrt() as f32 } else { 0.0 }
+        };
+        self.faces.iter().map(side).collect()
     }
 
     /// The area of a face in texels of the source's image, and in those of an atlas of this size.

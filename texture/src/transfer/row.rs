@@ -4,6 +4,7 @@ use glam::{Mat3, Vec2, Vec3, Vec4};
 use image::{ImageBuffer, Pixel};
 use rayon::prelude::*;
 
+use super::correspond::LevelPoint;
 use super::owners::{Owners, place_in};
 use super::side::Spot;
 use super::{Job, Reading};
@@ -27,6 +28,8 @@ pub(super) struct Caster<'a> {
     pub(super) fine: [usize; 2],
     /// One per face and output.
     pub(super) lods: Vec<f32>,
+    /// One per face: the side of a texel on the level.
+    pub(super) texels: Vec<f32>,
 }
 
 /// A row that was made.
@@ -39,6 +42,8 @@ pub(super) struct Row {
     pub(super) bend: f64,
     /// How many those are.
     pub(super) bends: usize,
+    /// The pair and the place of the part before.
+    last: Option<(u32, Spot)>,
 }
 
 impl Caster<'_> {
@@ -48,7 +53,7 @@ impl Caster<'_> {
         let outputs = self.job.outputs.len();
         let count = width * outputs;
         let (values, made) = (vec![Vec4::ZERO; count], vec![false; count]);
-        let mut row = Row { values, made, bend: 0.0, bends: 0 };
+        let mut row = Row { values, made, bend: 0.0, bends: 0, last: None };
         let mut sums = vec![Sum::default(); outputs];
         for x in 0..width {
             sums.fill(Sum::default());
@@ -72,12 +77,18 @@ impl Caster<'_> {
         let pair = &job.pairs[face.pair as usize];
         let spot = |barycentrics| Spot { triangle: face.triangle as usize, barycentrics };
         let [own, beyond] = place_in(face.uvs, at, self.fine, job.wrap).map(spot);
-        let smooth = pair.level.smooth_normal(own);
-        let origin = (pair.level.mesh.groups[own.triangle], pair.level.charts[own.triangle]);
-        let unit = smooth.normalize_or_zero();
-        let place = pair.level.position(own);
-        let normals = [unit, pair.level.face_normal(own.triangle)];
-        let Some(there) = pair.source.find(place, normals, origin, pair.cage) else { return };
+        let unit = pair.level.smooth_normal(own).normalize_or_zero();
+        let point = LevelPoint {
+            position: pair.level.position(own),
+            smooth: unit,
+            plane: pair.level.face_normal(own.triangle),
+            group: pair.level.mesh.groups[own.triangle],
+            chart: pair.level.charts[own.triangle],
+            texel: self.texels[index],
+        };
+        let guess = row.last.filter(|last| last.0 == face.pair).map(|last| last.1);
+        let Some(there) = pair.source.find(&point, guess) else { return };
+        row.last = Some((face.pair, there));
         let uvs = [own, beyond].map(|spot| face.uv(spot.barycentrics));
         let step = if job.is_in_place { uvs[1] - uvs[0] } else { Vec2::ZERO };
         let outputs = job.outputs.iter().zip(sums).enumerate();
