@@ -48,6 +48,9 @@ pub use sizes::Sizes;
 use sizes::{Share, Yardstick, fit, halved};
 pub use store::TextureFormat;
 
+/// Levels that are made at a time: a file is compressed on one thread, and each takes memory of its
+/// own.
+const LEVELS: usize = 2;
 /// How often images are made smaller until they fit a budget: a file's bytes are not known before it
 /// is made.
 const ATTEMPTS: usize = 8;
@@ -285,14 +288,18 @@ impl Stage<'_> {
                     return Ok(before);
                 }
                 let originals = sheet.originals(self.origin)?;
-                let levels = self.levels.iter().zip(sizes).enumerate();
-                let one = |(level, (worn, &size)): (usize, (&Worn<'_>, &[usize; 2]))| {
+                let one = |level: usize| {
+                    let (worn, size) = (&self.levels[level], sizes[level]);
                     if is_old(&before, level, size) {
                         return Ok(before[level].clone());
                     }
                     sheet.make(self.origin, &originals, (worn, size), self.options, rows)
                 };
-                levels.map(one).collect::<Result<Vec<Made>>>()
+                let levels: Vec<usize> = (0..self.levels.len()).collect();
+                let some = |levels: &[usize]| levels.par_iter().map(|&level| one(level)).collect();
+                let made: Vec<Vec<Made>> =
+                    levels.chunks(LEVELS).map(some).collect::<Result<_>>()?;
+                Ok(made.concat())
             };
             sheets.map(make).collect()
         })
