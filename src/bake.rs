@@ -27,6 +27,7 @@ use crate::read::{self, ReadOptions};
 use crate::report::html::{Extras, bake_page};
 use crate::report::pictures::{Gallery, draw_atlases};
 use crate::report::threads::time_threads;
+use crate::report::worn::draw_worn;
 use crate::report::{BakeReport, InputReport, LevelReport, Seconds, peak_memory};
 use crate::steering::MeshSteering;
 use crate::surfaces::weld_all;
@@ -195,6 +196,8 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
     if options.report.is_some() {
         let draw = || draw_all(&asset, &levels, &mut cache, progress);
         extras.gallery = Some(clock.time(|s| &mut s.report, draw)?);
+        let draw = || draw_worn(&levels, &images, options.memory_limit);
+        extras.worn = clock.time(|s| &mut s.report, draw)?;
     }
     let encode = || {
         let chain = Chain { asset: &asset, levels: &dressed, images: &images };

@@ -9,7 +9,8 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use common::assets::{cube, picture, textured};
 use common::{Baked, measured, shapes};
-use seamwise::options::{BakeOptions, ReportOptions};
+use seamwise::options::{BakeOptions, ReportOptions, Textures};
+use seamwise::transfer::TransferOptions;
 
 fn reported(threads: bool) -> BakeOptions {
     BakeOptions { report: Some(ReportOptions { threads }), ..measured() }
@@ -64,6 +65,22 @@ fn the_page_of_a_bake_holds_all_it_shows() {
     }
     for part in ["<svg", "RMS distance", "Silhouette overlap", "Atlases", "simplify"] {
         assert!(page.contains(part), "{part}");
+    }
+}
+
+#[test]
+fn the_page_shows_the_textures_that_each_level_has_of_its_own() {
+    let transfer = Textures::Transfer(TransferOptions::default());
+    let options = BakeOptions { textures: transfer, ..reported(false) };
+    let baked = Baked::bytes("cube", &cube(6).glb(), &options);
+    let page = std::fs::read_to_string(page_path(&baked)).expect("a page");
+    let levels: Vec<_> = (1..=4).map(|level| baked.level(level)).collect();
+    let images: usize = levels.iter().map(|level| level.gltf.images().len()).sum();
+    assert!(images >= 4);
+    assert_self_contained(&page, PICTURES + images);
+    for level in &levels {
+        let bytes = level.image_bytes(0).len();
+        assert!(page.contains(&format!(", {} kB", bytes.div_ceil(1000))), "{bytes}");
     }
 }
 

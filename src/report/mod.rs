@@ -8,6 +8,7 @@ pub mod pictures;
 mod table;
 pub mod threads;
 mod ticks;
+pub mod worn;
 
 use serde::Serialize;
 

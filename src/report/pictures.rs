@@ -29,7 +29,7 @@ const WIRE_SIDE: usize = 512;
 /// Most pixels along a side of an atlas.
 const ATLAS_SIDE: u32 = 384;
 /// Most atlases that are shown.
-const MOST_ATLASES: usize = 8;
+pub(super) const MOST_ATLASES: usize = 8;
 /// Quality of JPEGs: the pictures are for looking at, not for measuring.
 const JPEG_QUALITY: u8 = 88;
 
@@ -221,7 +221,7 @@ fn draw_atlas(
 }
 
 /// An image as small as it is shown, without its alpha, which would hide what was filled.
-fn thumbnail(image: &DynamicImage) -> RgbImage {
+pub(super) fn thumbnail(image: &DynamicImage) -> RgbImage {
     let opaque = DynamicImage::ImageRgb8(image.to_rgb8());
     if image.width().max(image.height()) <= ATLAS_SIDE {
         return opaque.into_rgb8();

@@ -1,0 +1,83 @@
+//! Pictures of the textures that levels have of their own.
+
+use rayon::prelude::*;
+
+use super::pictures::{MOST_ATLASES, Picture, thumbnail};
+use super::ticks::grouped;
+use crate::asset::{Asset, EncodedImage};
+use crate::error::Result;
+use crate::images::decode;
+use crate::limit::MemoryLimit;
+
+/// The textures of a level.
+#[derive(Clone, Debug, Default)]
+pub struct WornPictures {
+    /// The first of them.
+    pub shown: Vec<WornPicture>,
+    /// How many more there are.
+    pub more: usize,
+}
+
+/// A texture of a level.
+#[derive(Clone, Debug)]
+pub struct WornPicture {
+    /// What the document calls it, or its number.
+    pub name: String,
+    /// Width and height in texels.
+    pub size: [u32; 2],
+    /// Bytes of its file.
+    pub bytes: usize,
+    /// It itself.
+    pub picture: Picture,
+}
+
+impl WornPicture {
+    /// How large it is, in words.
+    pub fn detail(&self) -> String {
+        let [width, height] = self.size;
+        format!("{width} × {height}, {} kB", grouped(self.bytes.div_ceil(1000)))
+    }
+}
+
+/// Draws what each level wears that none of `shared` is; nothing at all if no level has such an image.
+///
+/// # Errors
+/// [`Error::Invalid`](crate::error::Error::Invalid) if an image is damaged or takes more memory than
+/// `limit`.
+pub fn draw_worn(
+    levels: &[Asset],
+    shared: &[EncodedImage],
+    limit: MemoryLimit,
+) -> Result<Vec<WornPictures>> {
+    let draw = |level: &Asset| {
+        let is_own = |image: &EncodedImage| !shared.iter().any(|other| other.bytes == image.bytes);
+        let own: Vec<(usize, &EncodedImage)> =
+            level.images.iter().enumerate().filter(|(_, image)| is_own(image)).collect();
+        let shown = &own[..own.len().min(MOST_ATLASES)];
+        Ok(WornPictures {
+            shown: shown
+                .par_iter()
+                .map(|&(index, image)| draw_one(level, index, image, limit))
+                .collect::<Result<_>>()?,
+            more: own.len() - shown.len(),
+        })
+    };
+    let worn: Vec<WornPictures> = levels.iter().map(draw).collect::<Result<_>>()?;
+    Ok(if worn.iter().all(|level| level.shown.is_empty()) { Vec::new() } else { worn })
+}
+
+fn draw_one(
+    level: &Asset,
+    index: usize,
+    image: &EncodedImage,
+    limit: MemoryLimit,
+) -> Result<WornPicture> {
+    let texels = decode(image, &format!("/images/{index}"), limit)?;
+    let name = level.json.pointer(&format!("/images/{index}/name")).and_then(|name| name.as_str());
+    Ok(WornPicture {
+        name: name.map_or_else(|| format!("Image {index}"), str::to_owned),
+        size: [texels.width(), texels.height()],
+        bytes: image.bytes.len(),
+        picture: Picture::new(&thumbnail(&texels))?,
+    })
+}
