@@ -37,7 +37,7 @@ pub(crate) fn digest(input: Input<'_>, options: &BakeOptions) -> Result<String> 
         Input::File(path) => {
             let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
             add(&mut hasher, &bytes);
-            for file in named_files(path, &bytes) {
+            for file in named_files(path, &bytes, options.allow_outside) {
                 add_file(&mut hasher, &file);
             }
         }

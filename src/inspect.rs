@@ -7,7 +7,8 @@ use serde::Serialize;
 use serde_json::Value;
 
 use crate::asset::Asset;
-use crate::atlas::{Atlas, Reads, atlases};
+use crate::atlas::{Atlas, atlases};
+use crate::charts::Reads;
 use crate::error::{Error, Result};
 use crate::geometry::Geometry;
 use crate::images::decode;

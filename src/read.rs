@@ -10,6 +10,7 @@ use serde_json::Value;
 use crate::asset::{Asset, EncodedImage, ImageFormat};
 use crate::compression;
 use crate::error::{Error, Result};
+use crate::folder::Folder;
 use crate::formats::Format;
 use crate::limit::MemoryLimit;
 
@@ -42,6 +43,8 @@ pub struct ReadOptions {
     pub memory_limit: MemoryLimit,
     /// Whether image files may be missing; see [`Asset::missing_images`].
     pub allow_missing: bool,
+    /// Whether the asset may name files outside of its folder. Links inside of it are followed.
+    pub allow_outside: bool,
 }
 
 /// Reads an asset with all its buffers and images.
@@ -60,7 +63,7 @@ pub fn read(path: &Path) -> Result<Asset> {
 pub fn read_with(path: &Path, options: ReadOptions) -> Result<Asset> {
     let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
     match Format::of(path) {
-        Some(format) => format.read(&bytes, folder_of(path), options),
+        Some(format) => format.read(&bytes, Folder::of(path, options.allow_outside), options),
         None => read_bytes_with(&bytes, folder_of(path), options),
     }
 }
@@ -69,12 +72,12 @@ pub fn read_with(path: &Path, options: ReadOptions) -> Result<Asset> {
 ///
 /// # Errors
 /// As [`read`].
-pub fn read_geometry(path: &Path) -> Result<Asset> {
+pub fn read_geometry(path: &Path, options: ReadOptions) -> Result<Asset> {
     if Format::of(path).is_some() {
-        return read_with(path, ReadOptions { allow_missing: true, ..ReadOptions::default() });
+        return read_with(path, ReadOptions { allow_missing: true, ..options });
     }
     let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
-    read_document(&bytes, folder_of(path), ReadOptions::default())
+    read_document(&bytes, Folder::of(path, options.allow_outside), options)
 }
 
 /// Where the files that a document names are.
@@ -95,6 +98,7 @@ pub fn read_bytes(bytes: &[u8], folder: &Path) -> Result<Asset> {
 /// # Errors
 /// As [`read`].
 pub fn read_bytes_with(bytes: &[u8], folder: &Path, options: ReadOptions) -> Result<Asset> {
+    let folder = Folder::new(folder, options.allow_outside);
     let mut asset = read_document(bytes, folder, options)?;
     for index in 0..asset.count("images") {
         let image = read_image(&asset, index, folder, options)?;
@@ -104,7 +108,7 @@ pub fn read_bytes_with(bytes: &[u8], folder: &Path, options: ReadOptions) -> Res
 }
 
 /// Reads the document and its buffers, and makes plain what is compressed in them.
-fn read_document(bytes: &[u8], folder: &Path, options: ReadOptions) -> Result<Asset> {
+fn read_document(bytes: &[u8], folder: Folder<'_>, options: ReadOptions) -> Result<Asset> {
     let (json, chunk) = parse(bytes)?;
     check_version(&json)?;
     check_shape(&json)?;
@@ -137,9 +141,10 @@ fn parse(bytes: &[u8]) -> Result<(Value, Option<Cow<'_, [u8]>>)> {
     Ok((json, chunk))
 }
 
-/// The other files that an asset's file names, as far as it can be read; `bytes` are its own.
-pub(crate) fn named_files(path: &Path, bytes: &[u8]) -> Vec<PathBuf> {
-    let folder = folder_of(path);
+/// The other files that an asset's file names, as far as it can be read and they may be; `bytes` are
+/// its own.
+pub(crate) fn named_files(path: &Path, bytes: &[u8], allow_outside: bool) -> Vec<PathBuf> {
+    let folder = Folder::of(path, allow_outside);
     if let Some(format) = Format::of(path) {
         return format.named_files(bytes, folder);
     }
@@ -243,7 +248,7 @@ fn read_buffer(
     asset: &Asset,
     index: usize,
     chunk: Option<&[u8]>,
-    folder: &Path,
+    folder: Folder<'_>,
 ) -> Result<Vec<u8>> {
     let at = format!("/buffers/{index}");
     let buffer: json::Buffer = asset.parse(&at)?;
@@ -267,7 +272,7 @@ fn read_buffer(
 fn read_image(
     asset: &Asset,
     index: usize,
-    folder: &Path,
+    folder: Folder<'_>,
     options: ReadOptions,
 ) -> Result<EncodedImage> {
     let at = format!("/images/{index}");
@@ -300,7 +305,7 @@ enum Resource {
 }
 
 impl Resource {
-    fn of(uri: &str, at: &str, folder: &Path) -> Result<Self> {
+    fn of(uri: &str, at: &str, folder: Folder<'_>) -> Result<Self> {
         let at = || format!("{at}/uri");
         if let Some(data) = uri.strip_prefix("data:") {
             let Some((_, data)) = data.split_once(";base64,") else {
@@ -316,7 +321,7 @@ impl Resource {
         let name = percent_encoding::percent_decode_str(uri)
             .decode_utf8()
             .map_err(|_| Error::invalid(at(), "its file name is not UTF-8"))?;
-        Ok(Self::File(folder.join(name.as_ref())))
+        folder.file(&name).map(Self::File).map_err(|what| Error::invalid(at(), what))
     }
 
     /// Whether it is a file that is certainly not there.

@@ -14,7 +14,8 @@ use seamwise_texture::Role;
 use seamwise_texture::equalize::Seam;
 
 use crate::asset::Asset;
-use crate::atlas::{Charts, material_slots, worn};
+use crate::atlas::{material_slots, worn};
+use crate::charts::Charts;
 use crate::error::{Error, Result};
 use crate::primitive::Primitive;
 use crate::textures::TextureSlot;

@@ -50,6 +50,10 @@ pub(crate) struct Common {
     /// a small file can claim any size.
     #[arg(long, global = true, default_value_t, value_name = "SIZE")]
     pub(crate) memory_limit: MemoryLimit,
+    /// Read files outside of an asset's folder, too, where it names them. Without it an asset that
+    /// does is refused: one from elsewhere could name any file of this machine.
+    #[arg(long, global = true)]
+    pub(crate) allow_outside: bool,
 }
 
 /// The jobs.
@@ -138,8 +142,8 @@ pub(crate) struct ReadingArgs {
 impl ReadingArgs {
     /// What these arguments mean.
     pub(crate) fn resolve(&self, common: Common) -> ReadOptions {
-        let Common { memory_limit, .. } = common;
-        ReadOptions { memory_limit, allow_missing: self.allow_missing }
+        let Common { memory_limit, allow_outside, .. } = common;
+        ReadOptions { memory_limit, allow_missing: self.allow_missing, allow_outside }
     }
 }
 

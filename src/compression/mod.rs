@@ -10,6 +10,7 @@ use crate::limit::MemoryLimit;
 #[cfg(feature = "draco")]
 mod primitives;
 mod squeeze;
+mod stream;
 mod views;
 
 pub(crate) use squeeze::squeeze;

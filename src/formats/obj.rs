@@ -10,18 +10,19 @@
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::io::ErrorKind;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use rustc_hash::{FxHashMap, FxHashSet};
 use seamwise_texture::color::srgb_to_linear;
 
 use super::document::{Document, Part};
 use super::mtl::{self, Material};
-use super::pictures::{Pictures, find};
+use super::pictures::Pictures;
 use super::polygon::triangulate;
 use super::text::{Line, decode, lines, shorten, words};
 use crate::asset::Asset;
 use crate::error::{Error, Result};
+use crate::folder::{Folder, Found};
 use crate::read::ReadOptions;
 
 /// Names by which exporters say that faces have no material.
@@ -35,7 +36,7 @@ type Corner = (u32, Option<u32>, Option<u32>);
 /// # Errors
 /// [`Error::Invalid`] with the line, and the file if it is another; [`Error::Unsupported`] if a
 /// picture is of a kind that this version lacks.
-pub(super) fn read(bytes: &[u8], folder: &Path, options: ReadOptions) -> Result<Asset> {
+pub(super) fn read(bytes: &[u8], folder: Folder<'_>, options: ReadOptions) -> Result<Asset> {
     let text = join_lines(decode(bytes));
     let mut reader = Reader::default();
     for line in lines(&text) {
@@ -45,14 +46,17 @@ pub(super) fn read(bytes: &[u8], folder: &Path, options: ReadOptions) -> Result<
 }
 
 /// The material files that an OBJ names, and the pictures that they name.
-pub(super) fn named_files(bytes: &[u8], folder: &Path) -> Vec<PathBuf> {
+pub(super) fn named_files(bytes: &[u8], folder: Folder<'_>) -> Vec<PathBuf> {
     let text = join_lines(decode(bytes));
     let libraries = lines(&text).map(Line::split).filter(|(key, _)| *key == "mtllib");
-    let libraries: BTreeSet<PathBuf> =
-        libraries.flat_map(|(_, rest)| library_files(folder, rest)).map(|(_, path)| path).collect();
+    let libraries: BTreeSet<PathBuf> = libraries
+        .flat_map(|(_, rest)| library_files(folder, rest))
+        .filter_map(|own| own.1.ok())
+        .collect();
     let read = |path: &PathBuf| mtl::parse(&std::fs::read(path).ok()?, "").ok();
     let materials: Vec<Material> = libraries.iter().filter_map(read).flatten().collect();
-    let maps = materials.iter().flat_map(Material::maps).map(|map| find(folder, &map.file));
+    let maps =
+        materials.iter().flat_map(Material::maps).filter_map(|map| folder.find(&map.file).ok());
     libraries.iter().cloned().chain(maps).collect()
 }
 
@@ -76,10 +80,14 @@ fn join_lines(text: Cow<'_, str>) -> Cow<'_, str> {
 }
 
 /// The files of a `mtllib` line: one whose name may hold spaces, or several.
-fn library_files(folder: &Path, rest: &str) -> Vec<(String, PathBuf)> {
-    let file = |name: &str| (name.to_owned(), find(folder, name));
+fn library_files(folder: Folder<'_>, rest: &str) -> Vec<(String, Found)> {
+    let file = |name: &str| (name.to_owned(), folder.find(name));
     let whole = file(rest);
-    if whole.1.is_file() { vec![whole] } else { rest.split_whitespace().map(file).collect() }
+    if whole.1.as_ref().is_ok_and(|path| path.is_file()) {
+        vec![whole]
+    } else {
+        rest.split_whitespace().map(file).collect()
+    }
 }
 
 /// A primitive: an object's faces of one material, with or without UVs and normals.
@@ -112,7 +120,7 @@ struct Reader {
 }
 
 impl Reader {
-    fn take(&mut self, line: Line<'_>, folder: &Path, options: ReadOptions) -> Result<()> {
+    fn take(&mut self, line: Line<'_>, folder: Folder<'_>, options: ReadOptions) -> Result<()> {
         let (key, rest) = line.split();
         match key {
             "v" => {
@@ -160,10 +168,11 @@ impl Reader {
         &mut self,
         line: Line<'_>,
         rest: &str,
-        folder: &Path,
+        folder: Folder<'_>,
         options: ReadOptions,
     ) -> Result<()> {
         for (name, path) in library_files(folder, rest) {
+            let path = path.map_err(|what| line.error(what))?;
             if !self.libraries.insert(path.clone()) {
                 continue;
             }
@@ -251,7 +260,7 @@ impl Reader {
         })
     }
 
-    fn into_asset(mut self, folder: &Path, options: ReadOptions) -> Result<Asset> {
+    fn into_asset(mut self, folder: Folder<'_>, options: ReadOptions) -> Result<Asset> {
         self.parts.retain(|(_, part, _)| !part.triangles.is_empty());
         if self.parts.is_empty() {
             return Err(Error::Unsupported { what: "an OBJ without faces".into() });

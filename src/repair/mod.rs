@@ -68,6 +68,8 @@ pub struct RepairOptions {
     pub equalize: Option<equalize::Options>,
     /// Most memory that decoding one image may take.
     pub memory_limit: MemoryLimit,
+    /// Whether an asset may name files outside of its folder.
+    pub allow_outside: bool,
     /// How images are encoded.
     pub encoding: Encoding,
 }
@@ -77,6 +79,12 @@ impl RepairOptions {
     fn for_atlases(&self) -> AtlasOptions {
         let Self { memory_limit, keep_padding, halvings, equalize, .. } = *self;
         AtlasOptions { memory_limit, keep_padding, halvings, equalize }
+    }
+
+    /// How assets are read.
+    pub(super) fn reading(&self) -> ReadOptions {
+        let Self { memory_limit, allow_outside, .. } = *self;
+        ReadOptions { memory_limit, allow_outside, ..ReadOptions::default() }
     }
 }
 
@@ -250,9 +258,7 @@ impl Job<'_> {
             return Err(Error::Options { what: format!("{}: {what}", self.input.display()) });
         }
         let run = || {
-            let memory_limit = self.options.memory_limit;
-            let reading = ReadOptions { memory_limit, ..ReadOptions::default() };
-            let asset = read_bytes_with(bytes, folder_of(self.input), reading)?;
+            let asset = read_bytes_with(bytes, folder_of(self.input), self.options.reading())?;
             let repairs = repair_all_with(&asset, self.options.for_atlases())?;
             let images = encode_repaired(&asset, &repairs, *encoding)?;
             let report = repairs.iter().map(|repair| {
