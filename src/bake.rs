@@ -120,7 +120,7 @@ pub fn bake(
     // Before the input is read: if it changes in between, the hash is of what it no longer is.
     let digest = digest(input, options)?;
     let Baked { mut files, sources, mut report, mut extras } =
-        bake_in_memory(input, options, progress)?;
+        bake_in_memory(input, options, &progress.within(options.time_limit))?;
     report.digest = digest;
     let stem = input.stem();
     if let Some(page) = options.report {
@@ -153,7 +153,7 @@ struct Baked {
 }
 
 fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> Result<Baked> {
-    let mut clock = Clock::default();
+    let mut clock = Clock { seconds: Seconds::default(), progress };
     let asset = clock.time(|s| &mut s.read, || input.read(options.reading()))?;
     let geometries = clock.time(|s| &mut s.weld, || weld_all(&asset))?;
     let steering = options.steering.resolve(&asset, &geometries, options.memory_limit)?;
@@ -219,13 +219,19 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
 }
 
 /// Adds up the wall time of each stage.
-#[derive(Default)]
-struct Clock {
+struct Clock<'a> {
     seconds: Seconds,
+    progress: &'a Progress,
 }
 
-impl Clock {
-    fn time<T>(&mut self, stage: fn(&mut Seconds) -> &mut f64, run: impl FnOnce() -> T) -> T {
+impl Clock<'_> {
+    /// Runs a stage, if there is time for it.
+    fn time<T>(
+        &mut self,
+        stage: fn(&mut Seconds) -> &mut f64,
+        run: impl FnOnce() -> Result<T>,
+    ) -> Result<T> {
+        self.progress.check()?;
         let start = Instant::now();
         let result = run();
         *stage(&mut self.seconds) += start.elapsed().as_secs_f64();
@@ -281,6 +287,7 @@ fn draw_all(
     progress.stage("draw", levels.len() + 1, |done| {
         let mut gallery = Gallery::new(&load(asset, textures)?)?;
         for level in levels {
+            progress.check()?;
             done.fetch_add(1, Ordering::Relaxed);
             gallery.add(&load(level, textures)?)?;
         }
@@ -302,6 +309,7 @@ fn evaluate_all(
         count();
         let mut metrics = Vec::with_capacity(levels.len());
         for level in levels {
+            progress.check()?;
             metrics.push(reference.compare(&load(level, textures)?)?);
             count();
         }

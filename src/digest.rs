@@ -22,10 +22,13 @@ use crate::read::named_files;
 /// [`Error::Io`] if the input can't be read. A file that it names may be missing, which counts as
 /// well.
 pub(crate) fn digest(input: Input<'_>, options: &BakeOptions) -> Result<String> {
+    let allow_outside = options.allow_outside;
     // What decides only whether there are outputs.
     let options = BakeOptions {
         memory_limit: MemoryLimit::default(),
+        time_limit: None,
         allow_missing: false,
+        allow_outside: false,
         ..options.clone()
     };
     let mut hasher = Hasher::new();
@@ -37,7 +40,7 @@ pub(crate) fn digest(input: Input<'_>, options: &BakeOptions) -> Result<String> 
         Input::File(path) => {
             let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
             add(&mut hasher, &bytes);
-            for file in named_files(path, &bytes, options.allow_outside) {
+            for file in named_files(path, &bytes, allow_outside) {
                 add_file(&mut hasher, &file);
             }
         }

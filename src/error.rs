@@ -1,6 +1,7 @@
 //! Errors of the tool, by whose fault they are.
 
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// What went wrong, and where.
 #[derive(Debug, thiserror::Error)]
@@ -32,6 +33,12 @@ pub enum Error {
     Options {
         /// Which, and what it would have to be.
         what: String,
+    },
+    /// A job took too long.
+    #[error("it was not done within the time limit of {} s", limit.as_secs_f64())]
+    TimeLimit {
+        /// How long it might have taken.
+        limit: Duration,
     },
     /// A mistake in Seamwise.
     #[error("internal error, please report it: {what}")]

@@ -1,5 +1,7 @@
 //! What the user asked for, resolved and checked.
 
+use std::time::Duration;
+
 use seamwise_attr::Polish;
 
 use crate::certificate::Screen;
@@ -30,6 +32,8 @@ pub struct BakeOptions {
     pub report: Option<ReportOptions>,
     /// Most memory that decoding one image, or all compressed geometry, may take.
     pub memory_limit: MemoryLimit,
+    /// How long a bake may take; asked between its steps, of which the longest is one level.
+    pub time_limit: Option<Duration>,
     /// Whether image files may be missing: they are measured as white or flat, and stay named.
     pub allow_missing: bool,
     /// Whether the asset may name files outside of its folder.
@@ -70,6 +74,7 @@ impl Default for BakeOptions {
             screen: Screen::default(),
             report: None,
             memory_limit: MemoryLimit::default(),
+            time_limit: None,
             allow_missing: false,
             allow_outside: false,
             output: OutputOptions::default(),

@@ -1,10 +1,13 @@
-//! Progress bars on a terminal's standard error, and nothing anywhere else.
+//! Progress bars on a terminal's standard error, and nothing anywhere else; and the end of the time that
+//! a job may take.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread::Thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use crate::error::{Error, Result};
 
 /// Where progress is shown.
 #[derive(Clone, Debug)]
@@ -12,6 +15,8 @@ pub struct Progress {
     bars: MultiProgress,
     /// The bar that all stages of one file share.
     file: Option<ProgressBar>,
+    /// When the job started, and how long it may take.
+    limit: Option<(Instant, Duration)>,
 }
 
 /// A stage of its own.
@@ -35,13 +40,13 @@ impl Drop for End<'_> {
 impl Progress {
     /// On standard error, if that is a terminal.
     pub fn terminal() -> Self {
-        Self { bars: MultiProgress::new(), file: None }
+        Self { bars: MultiProgress::new(), file: None, limit: None }
     }
 
     /// Nowhere.
     pub fn hidden() -> Self {
         let bars = MultiProgress::with_draw_target(ProgressDrawTarget::hidden());
-        Self { bars, file: None }
+        Self { bars, file: None, limit: None }
     }
 
     /// Runs a stage that does `total` steps and counts them on the counter it is given.
@@ -77,9 +82,25 @@ impl Progress {
     /// Runs what is done to one of several files: its stages share a bar with the file's name.
     pub fn file<T>(&self, name: &str, run: impl FnOnce(&Self) -> T) -> T {
         let bar = self.add(FILE, name);
-        let result = run(&Self { bars: self.bars.clone(), file: Some(bar.clone()) });
+        let result = run(&Self { file: Some(bar.clone()), ..self.clone() });
         self.remove(&bar);
         result
+    }
+
+    /// The same for a job that starts now and may take so long.
+    pub fn within(&self, limit: Option<Duration>) -> Self {
+        Self { limit: limit.map(|limit| (Instant::now(), limit)), ..self.clone() }
+    }
+
+    /// Whether a job may go on. Long work asks between its steps.
+    ///
+    /// # Errors
+    /// [`Error::TimeLimit`] if its time is over.
+    pub fn check(&self) -> Result<()> {
+        match self.limit {
+            Some((start, limit)) if start.elapsed() >= limit => Err(Error::TimeLimit { limit }),
+            _ => Ok(()),
+        }
     }
 
     /// Runs what prints, with no bar in its way.
@@ -98,5 +119,23 @@ impl Progress {
     fn remove(&self, bar: &ProgressBar) {
         bar.finish_and_clear();
         self.bars.remove(bar);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_job_ends_with_its_time_and_others_go_on() {
+        let all = Progress::hidden();
+        let late = all.within(Some(Duration::ZERO));
+        let error = late.check().unwrap_err().to_string();
+        assert_eq!(error, "it was not done within the time limit of 0 s");
+        assert!(late.file("a", Progress::check).is_err());
+        let more = Duration::from_secs(3600);
+        for going in [&all, &all.within(None), &all.within(Some(more))] {
+            assert!(going.check().is_ok());
+        }
     }
 }

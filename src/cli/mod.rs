@@ -7,6 +7,7 @@ mod steering;
 mod textures;
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand};
 
@@ -102,6 +103,10 @@ pub(crate) struct BakeArgs {
     fast: bool,
     #[command(flatten)]
     textures: TextureArgs,
+    /// Give an input up when it takes longer than so many seconds, with nothing written of it. Asked
+    /// between steps, of which the longest is one level; other inputs go on.
+    #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
+    time_limit: Option<Duration>,
     /// Do not measure the levels.
     #[arg(long)]
     no_evaluate: bool,
@@ -153,6 +158,13 @@ fn parse_size(text: &str) -> std::result::Result<(u32, u32), String> {
     size.ok_or_else(|| format!("{text} is no size like 1920x1080"))
 }
 
+/// Reads a number of seconds above 0.
+fn parse_seconds(text: &str) -> std::result::Result<Duration, String> {
+    let seconds = text.parse().ok().filter(|seconds| *seconds > 0.0);
+    let duration = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+    duration.ok_or_else(|| format!("{text} is no number of seconds above 0"))
+}
+
 /// Reads a number of pixels above 0.
 fn parse_tolerance(text: &str) -> std::result::Result<f64, String> {
     let tolerance = text.parse().ok().filter(|tolerance: &f64| *tolerance > 0.0);
@@ -186,6 +198,7 @@ impl BakeArgs {
             evaluate: (!self.no_evaluate).then(evaluate::Options::default),
             screen,
             report: self.report.then_some(ReportOptions { threads: self.threads_report }),
+            time_limit: self.time_limit,
             allow_missing: self.reading.allow_missing,
             output: self.files.resolve(),
             ..BakeOptions::default()

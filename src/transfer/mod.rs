@@ -293,6 +293,7 @@ impl Stage<'_> {
                     if is_old(&before, level, size) {
                         return Ok(before[level].clone());
                     }
+                    self.progress.check()?;
                     sheet.make(self.origin, &originals, (worn, size), self.options, rows)
                 };
                 let levels: Vec<usize> = (0..self.levels.len()).collect();
