@@ -48,7 +48,15 @@ pub struct Source<'a> {
     pub(super) side: Side<'a>,
     surface: Surface,
     /// One per triangle.
-    face_normals: Vec<Vec3>,
+    facets: Vec<Facet>,
+}
+
+/// What tells which sheet a triangle lies on, in one place, as a search asks it of triangles all over.
+#[derive(Clone, Copy, Debug)]
+struct Facet {
+    /// The normal of its plane.
+    normal: Vec3,
+    group: u32,
 }
 
 impl<'a> Source<'a> {
@@ -59,7 +67,9 @@ impl<'a> Source<'a> {
             .map(|triangle| mesh.triangle_points(triangle).map(|point| point.0));
         Self {
             surface: Surface::new(&mesh.positions, points),
-            face_normals: (0..mesh.triangles.len()).map(|t| side.face_normal(t)).collect(),
+            facets: (0..mesh.triangles.len())
+                .map(|t| Facet { normal: side.face_normal(t), group: mesh.groups[t] })
+                .collect(),
             side,
         }
     }
@@ -79,10 +89,11 @@ impl<'a> Source<'a> {
         let LevelPoint { position, smooth, plane, group, chart, texel } = *point;
         // Vertex normals may point inward all over; a triangle is what has sides.
         let normal = if smooth.dot(plane) < 0.0 { -smooth } else { smooth };
-        let is_own = |triangle: TriangleId| self.side.mesh.groups[triangle] == group;
+        let is_own = |triangle: TriangleId| self.facets[triangle].group == group;
         let faces = |triangle: TriangleId| {
-            let face = self.face_normals[triangle];
-            is_own(triangle) && face.dot(normal).max(face.dot(plane)) > SAME_SIDE
+            let facet = self.facets[triangle];
+            facet.group == group
+                && facet.normal.dot(normal).max(facet.normal.dot(plane)) > SAME_SIDE
         };
         let nearest = |to: Vec3, most: f32, accept: &dyn Fn(TriangleId) -> bool| {
             self.surface.closest_point_where(to, most, accept)
