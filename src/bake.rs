@@ -20,7 +20,7 @@ use crate::evaluate::{self, Reference};
 use crate::geometry::Geometry;
 use crate::images::Encoding;
 use crate::levels::{DressedLevel, LevelMesh, level_asset};
-use crate::options::{BakeOptions, Textures};
+use crate::options::{BakeOptions, BudgetPer, Textures};
 use crate::output::named_files;
 use crate::progress::Progress;
 use crate::read::{self, ReadOptions};
@@ -28,7 +28,7 @@ use crate::report::html::{Extras, bake_page};
 use crate::report::pictures::{Gallery, draw_atlases};
 use crate::report::threads::time_threads;
 use crate::report::worn::draw_worn;
-use crate::report::{BakeReport, InputReport, LevelReport, Seconds, peak_memory};
+use crate::report::{BakeReport, InputReport, LevelReport, Seconds, mesh_reports, peak_memory};
 use crate::steering::MeshSteering;
 use crate::surfaces::weld_all;
 use crate::transfer::{MaterialTextures, Origin, Plan, TransferOptions, transfer_all};
@@ -211,6 +211,7 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
         input: input_report(input, &asset, &geometries),
         screen: options.screen,
         levels: level_reports(&dressed, &chains, &steering, options, measured.as_ref()),
+        meshes: mesh_reports(&asset, &geometries, &chains),
         materials,
         seconds: clock.seconds,
         peak_memory_bytes: peak_memory(),
@@ -344,9 +345,13 @@ fn level_reports(
     let total = dressed.first().map_or(0, |level| level.meshes.iter().map(triangles).sum());
     let shares = options.targets.shares(total);
     let sizes = measured.map(|measured| options.screen.largest_sizes(&measured.metrics));
+    let counts = options.targets.counts(total);
     let report = |(index, share): (usize, &f64)| {
         let levels = || chains.iter().map(|chain| &chain[index]);
-        let target: usize = levels().map(|level| level.target).sum();
+        let target = match options.budget_per {
+            BudgetPer::Mesh => levels().map(|level| level.target).sum(),
+            BudgetPer::Scene => counts[index],
+        };
         let stopped: Vec<_> = levels().filter_map(|level| level.stopped).collect();
         LevelReport {
             ratio: *share,

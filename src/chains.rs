@@ -1,37 +1,75 @@
 //! The levels of every surface of an asset: simplified and polished, the surfaces in parallel.
 
+use std::sync::atomic::AtomicUsize;
+
 use rayon::prelude::*;
-use seamwise_attr::{Level, Polish, polish_chain, simplify_chain};
+use seamwise_attr::{Level, Polish, Shared, polish_chain, simplify_chain, simplify_together};
 
 use crate::error::{Error, Result};
 use crate::geometry::Geometry;
-use crate::options::BakeOptions;
+use crate::options::{BakeOptions, BudgetPer};
 use crate::progress::Progress;
 use crate::steering::MeshSteering;
 
-/// The levels of each surface, the surfaces in parallel. `steering` holds what is asked of each.
+/// The levels of each surface. `steering` holds what is asked of each.
 pub(crate) fn simplify_all(
     geometries: &[Geometry],
     steering: &[MeshSteering],
     options: &BakeOptions,
     progress: &Progress,
 ) -> Result<Vec<Vec<Level>>> {
-    let total = triangle_count(geometries);
-    let shares = options.targets.shares(total);
-    let least = shares.last().copied().unwrap_or(1.0);
-    let to_remove = total - (total as f64 * least) as usize;
-    progress.stage("simplify", to_remove, |removed| {
-        geometries
-            .par_iter()
-            .zip(steering)
-            .map(|(geometry, steering)| {
-                progress.check()?;
-                let targets = targets(geometry, &shares);
-                simplify_chain(&geometry.welded.mesh, &targets, &steering.options(), removed)
-                    .map_err(|error| Error::Internal { what: error.to_string() })
-            })
-            .collect()
-    })
+    let least = options.targets.counts(triangle_count(geometries)).last().copied();
+    let to_remove = least.map_or(0, |least| triangle_count(geometries) - least);
+    let simplify = |removed: &AtomicUsize| match options.budget_per {
+        BudgetPer::Scene if geometries.len() > 1 => {
+            together(geometries, steering, options, removed)
+        }
+        BudgetPer::Scene | BudgetPer::Mesh => {
+            apart(geometries, steering, options, (progress, removed))
+        }
+    };
+    progress.stage("simplify", to_remove, simplify)
+}
+
+fn internal(error: seamwise_attr::Error) -> Error {
+    Error::Internal { what: error.to_string() }
+}
+
+/// Each surface to its own targets, the surfaces in parallel.
+fn apart(
+    geometries: &[Geometry],
+    steering: &[MeshSteering],
+    options: &BakeOptions,
+    (progress, removed): (&Progress, &AtomicUsize),
+) -> Result<Vec<Vec<Level>>> {
+    let shares = options.targets.shares(triangle_count(geometries));
+    let simplify = |(geometry, steering): (&Geometry, &MeshSteering)| {
+        progress.check()?;
+        let targets = targets(geometry, &shares);
+        simplify_chain(&geometry.welded.mesh, &targets, &steering.options(), removed)
+            .map_err(internal)
+    };
+    geometries.par_iter().zip(steering).map(simplify).collect()
+}
+
+/// All surfaces to the same targets.
+fn together(
+    geometries: &[Geometry],
+    steering: &[MeshSteering],
+    options: &BakeOptions,
+    removed: &AtomicUsize,
+) -> Result<Vec<Vec<Level>>> {
+    let surfaces: Vec<Shared<'_>> = geometries
+        .iter()
+        .zip(steering)
+        .map(|(geometry, steering)| Shared {
+            mesh: &geometry.welded.mesh,
+            options: steering.options(),
+            stretches: steering.stretches(),
+        })
+        .collect();
+    let counts = options.targets.counts(triangle_count(geometries));
+    simplify_together(&surfaces, &counts, removed).map_err(internal)
 }
 
 /// Fits the levels to their surfaces, the surfaces in parallel. `steering` holds what is asked of each.
@@ -48,7 +86,7 @@ pub(crate) fn polish_all(
             |((geometry, levels), steering)| {
                 progress.check()?;
                 polish_chain(&geometry.welded.mesh, levels, &steering.options(), polish, done)
-                    .map_err(|error| Error::Internal { what: error.to_string() })
+                    .map_err(internal)
             },
         )
     })

@@ -58,6 +58,7 @@ mod formats;
 pub mod geometry;
 pub mod images;
 pub mod inspect;
+mod instances;
 mod join;
 mod layout;
 pub mod levels;

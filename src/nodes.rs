@@ -7,6 +7,7 @@ use serde_json::Value;
 
 use crate::asset::Asset;
 use crate::error::{Error, Result};
+use crate::instances::instances;
 
 /// The nodes of the default scene with their world transforms.
 pub(crate) fn world_nodes(asset: &Asset) -> Result<Vec<(usize, DMat4)>> {
@@ -40,12 +41,17 @@ pub(crate) fn world_nodes(asset: &Asset) -> Result<Vec<(usize, DMat4)>> {
     Ok(nodes)
 }
 
-/// By mesh: where the nodes of the scene show it.
+/// By mesh: where the scene shows it, once for each node and each of its instances. A skinned mesh is
+/// where its vertices are: its node does not move it.
 pub(crate) fn mesh_worlds(asset: &Asset) -> Result<FxHashMap<usize, Vec<DMat4>>> {
     let mut worlds: FxHashMap<usize, Vec<DMat4>> = FxHashMap::default();
     for (node, world) in world_nodes(asset)? {
-        if let Some(mesh) = asset.reference(&format!("/nodes/{node}"), "mesh", "meshes")? {
-            worlds.entry(mesh).or_default().push(world);
+        let at = format!("/nodes/{node}");
+        if let Some(mesh) = asset.reference(&at, "mesh", "meshes")? {
+            let is_skinned = asset.reference(&at, "skin", "skins")?.is_some();
+            let world = if is_skinned { DMat4::IDENTITY } else { world };
+            let shown = instances(asset, &at)?.into_iter().map(|instance| world * instance);
+            worlds.entry(mesh).or_default().extend(shown);
         }
     }
     Ok(worlds)

@@ -18,6 +18,8 @@ use crate::transfer::TransferOptions;
 pub struct BakeOptions {
     /// How many triangles each level is to have, the finest first.
     pub targets: Targets,
+    /// What those triangles are counted over.
+    pub budget_per: BudgetPer,
     /// What the descent is to keep to beside.
     pub steering: Steering,
     /// How the levels are fitted to the source after the descent, if they are.
@@ -67,6 +69,7 @@ impl Default for BakeOptions {
     fn default() -> Self {
         Self {
             targets: Targets::default(),
+            budget_per: BudgetPer::default(),
             steering: Steering::default(),
             polish: Some(Polish::default()),
             textures: Textures::Repair,
@@ -82,13 +85,24 @@ impl Default for BakeOptions {
     }
 }
 
-/// Triangles of each level, the finest first.
+/// Triangles of each level, the finest first. Those of a mesh count once, however often it is shown.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Targets {
-    /// As shares of the source, for each of its meshes.
+    /// As shares of the source.
     Ratios(Vec<f64>),
-    /// As counts over the whole asset, shared out over its meshes in proportion.
+    /// As counts over the whole asset.
     Triangles(Vec<usize>),
+}
+
+/// How the triangles of a level are shared out over the meshes of an asset. Meshes whose borders meet
+/// are one in this.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BudgetPer {
+    /// Each mesh keeps the same share of its own.
+    #[default]
+    Mesh,
+    /// Each keeps what it costs most to lose, as large and as often as the scene shows it.
+    Scene,
 }
 
 impl Default for Targets {
@@ -139,6 +153,12 @@ impl Targets {
             Self::Ratios(ratios) => ratios.len(),
             Self::Triangles(counts) => counts.len(),
         }
+    }
+
+    /// The triangles of each level of a source of `total` triangles, 1 at least.
+    pub fn counts(&self, total: usize) -> Vec<usize> {
+        let count = |share: f64| ((total as f64 * share).round() as usize).max(1);
+        self.shares(total).into_iter().map(count).collect()
     }
 
     /// The shares of a source of `total` triangles.

@@ -62,7 +62,7 @@ pub fn simplify_chain(
         descent
     };
     let Some(&first) = targets.first() else { return Ok(Vec::new()) };
-    let range = color_range(mesh);
+    let finish = Finish::new(mesh, options);
     let mut descent = begin(Ground::Mesh(mesh, Arc::clone(&space)), first);
     let mut levels = Vec::with_capacity(targets.len());
     // An error limit is about the source.
@@ -76,18 +76,46 @@ pub fn simplify_chain(
         } else {
             descent.descend(target, regions::turn(descent.triangles()), removed)
         };
-        let (level, point_sources, wedge_sources) = descent.snapshot();
-        let error = descent.error();
-        let mut level = Level { mesh: level, point_sources, wedge_sources, target, error, stopped };
-        finish_attributes(&mut level.mesh, &range);
-        let locked = options.locked_of(&level.point_sources);
-        restore_locked(&mut level, mesh, &locked);
-        levels.push(level);
+        levels.push(finish.level(&descent, target, stopped));
     }
     Ok(levels)
 }
 
-fn check(mesh: &Mesh, targets: &[usize], options: &Options<'_>) -> Result<()> {
+/// Makes levels of a descent.
+pub(crate) struct Finish<'a> {
+    mesh: &'a Mesh,
+    options: &'a Options<'a>,
+    color_range: Vec<(f32, f32)>,
+}
+
+impl<'a> Finish<'a> {
+    /// For descents of `mesh` with `options`.
+    pub(crate) fn new(mesh: &'a Mesh, options: &'a Options<'a>) -> Self {
+        Self { mesh, options, color_range: color_range(mesh) }
+    }
+
+    /// The level that a descent has come to.
+    pub(crate) fn level(
+        &self,
+        descent: &Descent<'_>,
+        target: usize,
+        stopped: Option<Stop>,
+    ) -> Level {
+        let (mesh, point_sources, wedge_sources) = descent.snapshot();
+        let error = descent.error();
+        let mut level = Level { mesh, point_sources, wedge_sources, target, error, stopped };
+        finish_attributes(&mut level.mesh, &self.color_range);
+        let locked = self.options.locked_of(&level.point_sources);
+        restore_locked(&mut level, self.mesh, &locked);
+        level
+    }
+}
+
+/// Checks what a descent is asked for.
+///
+/// # Errors
+/// See [`simplify_chain`].
+pub(crate) fn check(mesh: &Mesh, targets: &[usize], options: &Options<'_>) -> Result<()> {
     mesh.validate()?;
     if mesh.layout.len() > MAX_ATTRIBUTES {
         let what = format!("{} attributes a wedge, {MAX_ATTRIBUTES} at most", mesh.layout.len());

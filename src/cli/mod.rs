@@ -9,7 +9,7 @@ mod textures;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use batch::BatchArgs;
 use output::OutputArgs;
@@ -20,7 +20,7 @@ use seamwise::error::Result;
 use seamwise::evaluate;
 use seamwise::evaluate::scene::Mode;
 use seamwise::limit::MemoryLimit;
-use seamwise::options::{BakeOptions, ReportOptions, Targets};
+use seamwise::options::{BakeOptions, BudgetPer, ReportOptions, Targets};
 use seamwise::read::ReadOptions;
 use seamwise_attr::Polish;
 use steering::SteeringArgs;
@@ -95,6 +95,10 @@ pub(crate) struct BakeArgs {
     /// The triangles that each level has, from fine to coarse.
     #[arg(long, value_delimiter = ',', value_name = "N,N,…", conflicts_with_all = ["levels", "ratios"])]
     triangles: Option<Vec<usize>>,
+    /// What these are counted over, where an asset has several meshes. Meshes whose borders meet are
+    /// one in this, and one that is shown often counts once.
+    #[arg(long, value_enum, default_value_t = BudgetName::Mesh, value_name = "WHAT")]
+    budget_per: BudgetName,
     /// Leave the levels as the descent left them, which is faster and less like the source.
     #[arg(long)]
     no_polish: bool,
@@ -133,6 +137,15 @@ pub(crate) struct BakeArgs {
     files: OutputArgs,
     #[command(flatten)]
     steering: SteeringArgs,
+}
+
+/// `--budget-per`.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum BudgetName {
+    /// Each mesh keeps the same share of its triangles.
+    Mesh,
+    /// Each mesh keeps what it costs most to lose, as large and as often as the scene shows it.
+    Scene,
 }
 
 /// How assets are read.
@@ -191,6 +204,10 @@ impl BakeArgs {
                 (Some(ratios), _) => Targets::ratios(ratios.clone())?,
                 (_, Some(counts)) => Targets::triangles(counts.clone())?,
                 _ => Targets::halves(self.levels.into()),
+            },
+            budget_per: match self.budget_per {
+                BudgetName::Mesh => BudgetPer::Mesh,
+                BudgetName::Scene => BudgetPer::Scene,
             },
             steering: self.steering.resolve()?,
             polish: self.polish(),

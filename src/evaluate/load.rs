@@ -12,9 +12,9 @@ use serde_json::Value;
 
 use crate::asset::{Asset, EncodedImage};
 use crate::error::{Error, Result};
-use crate::evaluate::instances::instances;
 use crate::evaluate::scene::{Alpha, Material, Scene, TextureRef};
 use crate::images::decode;
+use crate::instances::instances;
 use crate::limit::MemoryLimit;
 use crate::nodes::world_nodes;
 use crate::primitive::Primitive;

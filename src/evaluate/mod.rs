@@ -9,7 +9,6 @@ pub mod camera;
 pub mod distance;
 mod farthest;
 pub mod heat;
-mod instances;
 mod light;
 pub mod load;
 mod looks;

@@ -4,6 +4,7 @@ mod chart;
 mod csv;
 mod figures;
 pub mod html;
+mod meshes;
 pub mod pictures;
 mod table;
 pub mod threads;
@@ -18,8 +19,11 @@ use crate::evaluate::camera::{Camera, Rig};
 use crate::evaluate::scene::Mode;
 use crate::evaluate::{Metrics, ViewMetrics};
 use crate::transfer::MaterialTextures;
+use meshes::mesh_table;
 use table::{COLUMNS, header, row};
 
+pub use meshes::MeshReport;
+pub(crate) use meshes::mesh_reports;
 pub(crate) use table::align;
 
 /// What a bake did, in schema 1.
@@ -36,6 +40,9 @@ pub struct BakeReport {
     pub screen: Screen,
     /// What came out, the finest first.
     pub levels: Vec<LevelReport>,
+    /// How many triangles each mesh has, if there are several.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub meshes: Vec<MeshReport>,
     /// What became of the textures of each material that has some, if levels have their own.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub materials: Vec<MaterialTextures>,
@@ -132,7 +139,7 @@ impl BakeReport {
     pub fn to_table(&self) -> String {
         let mut rows = vec![header("level")];
         rows.extend(self.rows());
-        let mut text = align(&rows);
+        let mut text = align(&rows) + &mesh_table(&self.meshes);
         let textures = self.shared_textures().into_iter().chain(self.apart());
         for line in self.misses().into_iter().chain(textures) {
             text += &format!("{line}\n");

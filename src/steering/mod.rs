@@ -54,8 +54,8 @@ pub struct Steering {
 /// What is asked of one mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct MeshSteering {
-    /// How much longer a length of the mesh gets in the scene, at most.
-    stretch: f64,
+    /// How much longer a length of the mesh gets, at most, each time that the scene shows it.
+    stretches: Vec<f64>,
     order: Order,
     placement: Placement,
     /// In the units of the mesh.
@@ -128,9 +128,9 @@ impl Steering {
         let worlds = mesh_worlds(asset)?;
         let steer = |geometry: &Geometry| {
             let worlds = worlds.get(&geometry.meshes[0]).map_or(&[][..], Vec::as_slice);
-            let stretch = largest_stretch(worlds);
+            let (stretch, stretches) = (largest_stretch(worlds), stretches(worlds));
             Ok(MeshSteering {
-                stretch,
+                stretches,
                 order: self.order,
                 placement: self.placement,
                 max_error: self.max_error.map(|error| error / stretch),
@@ -192,19 +192,30 @@ impl MeshSteering {
 
     /// How much longer a length of the mesh gets in the scene, at most.
     pub(crate) fn stretch(&self) -> f64 {
-        self.stretch
+        self.stretches.iter().copied().fold(0.0, f64::max)
+    }
+
+    /// The same for each time that the scene shows it; never none.
+    pub(crate) fn stretches(&self) -> &[f64] {
+        &self.stretches
     }
 }
 
 /// The largest singular value of the linear parts of transforms; 1 if none has a size.
 pub(crate) fn largest_stretch(worlds: &[DMat4]) -> f64 {
+    stretches(worlds).into_iter().fold(0.0, f64::max)
+}
+
+/// The largest singular value of the linear part of each transform that has a size; 1 if none has.
+fn stretches(worlds: &[DMat4]) -> Vec<f64> {
     let stretch = |world: &DMat4| {
         let columns = [world.x_axis, world.y_axis, world.z_axis];
         let linear = Matrix3::from_columns(&columns.map(|c| Vector3::new(c.x, c.y, c.z)));
         linear.singular_values().max()
     };
-    let largest = worlds.iter().map(stretch).fold(0.0, f64::max);
-    if largest > 0.0 && largest.is_finite() { largest } else { 1.0 }
+    let has_size = |stretch: &f64| *stretch > 0.0 && stretch.is_finite();
+    let sized: Vec<f64> = worlds.iter().map(stretch).filter(has_size).collect();
+    if sized.is_empty() { vec![1.0] } else { sized }
 }
 
 #[cfg(test)]

@@ -19,6 +19,7 @@ use crate::rank::{edge_bounds, rank_all};
 use crate::stage::Stage;
 use crate::topology::Topology;
 use pairs::Pairs;
+pub(crate) use steps::STEP;
 
 /// Collapses that were found illegal are tried again each time the mesh has shrunk to this share
 /// of its size: what surrounded them has changed by then.
@@ -69,6 +70,8 @@ pub(crate) struct Descent<'a> {
     /// Per edge: whether it was found illegal and waits for its surroundings to change.
     aside: Vec<bool>,
     rejected: Vec<(f64, u32)>,
+    /// Its triangles when those were last queued again.
+    retried_at: usize,
     pairs: Pairs,
     plan: Plan,
     counts: Marks,
@@ -108,6 +111,7 @@ impl<'a> Descent<'a> {
             free_points: points - held,
             aside: vec![false; topology.edge_count()],
             rejected: Vec::new(),
+            retried_at: topology.live_count(),
             pairs: Pairs::default(),
             plan: Plan::new(points, wedges),
             counts: Marks::new(points),
@@ -133,6 +137,11 @@ impl<'a> Descent<'a> {
         self.topology.live_count()
     }
 
+    /// The least cost that waits, infinite if nothing does.
+    pub(crate) fn least(&self) -> f64 {
+        self.queue.least()
+    }
+
     /// Root of the largest area-weighted cost of any collapse so far, in the units of the mesh.
     pub(crate) fn error(&self) -> f64 {
         self.error * self.metric.space.unit
@@ -145,6 +154,7 @@ impl<'a> Descent<'a> {
         turn: f64,
         removed: &AtomicUsize,
     ) -> Option<Stop> {
+        self.retried_at = self.triangles();
         self.descend_while(|_, triangles| triangles > target, turn, removed)
     }
 
@@ -156,17 +166,14 @@ impl<'a> Descent<'a> {
         turn: f64,
         removed: &AtomicUsize,
     ) -> Option<Stop> {
-        let mut retried_at = self.triangles();
         while goes_on(self.queue.least(), self.triangles()) {
-            if (self.triangles() as f64) < RETRY_SHARE * retried_at as f64 {
-                retried_at = self.triangles();
+            if (self.triangles() as f64) < RETRY_SHARE * self.retried_at as f64 {
                 self.retry_rejected();
             }
             let Some(item) = self.queue.pop() else {
-                if self.triangles() == retried_at {
+                if self.triangles() == self.retried_at {
                     return Some(Stop::NoLegalCollapse);
                 }
-                retried_at = self.triangles();
                 self.retry_rejected();
                 continue;
             };
@@ -307,6 +314,7 @@ impl<'a> Descent<'a> {
 
     /// Queues all items again that are still aside.
     fn retry_rejected(&mut self) {
+        self.retried_at = self.triangles();
         for (price, item) in self.rejected.drain(..) {
             if self.aside.get_mut(item as usize).is_none_or(std::mem::take) {
                 self.queue.push(price, item);

@@ -25,7 +25,7 @@ use crate::rank::rank_all;
 /// | at 0.9 | 0.959 | 0.925 | 0.914 |
 /// | for each collapse | 0.964 | 0.983 | 0.976 |
 /// | at 0.75, but the planes of outlines | 0.960 | 0.993 | 0.962 |
-const STEP: f64 = 0.75;
+pub(crate) const STEP: f64 = 0.75;
 
 impl Descent<'_> {
     /// Like [`descend`](Self::descend), with quadrics of the surface as it was at most a step ago.
@@ -47,7 +47,7 @@ impl Descent<'_> {
     }
 
     /// Sums the quadrics of the triangles as they lie now, and queues all edges anew.
-    fn forget(&mut self) {
+    pub(crate) fn forget(&mut self) {
         let topology = &self.topology;
         let all = (0..self.groups.len()).map(TriangleId::new);
         let live: Vec<TriangleId> = all.filter(|&t| topology.is_live(t)).collect();
@@ -60,6 +60,7 @@ impl Descent<'_> {
         self.bounds.fill(0.0);
         self.aside.fill(false);
         self.rejected.clear();
+        self.retried_at = self.triangles();
         let wedges = self.wedge_sources.len();
         self.queue = rank_all(topology, &self.metric, &self.bounds, wedges, &self.locked);
         self.queue_pairs();

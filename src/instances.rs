@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 ///
 /// # Errors
 /// [`Error::Invalid`] if the attributes are malformed or of different counts.
-pub(super) fn instances(asset: &Asset, node: &str) -> Result<Vec<DMat4>> {
+pub(crate) fn instances(asset: &Asset, node: &str) -> Result<Vec<DMat4>> {
     let at = format!("{node}/extensions/EXT_mesh_gpu_instancing/attributes");
     if asset.json.pointer(&at).is_none() {
         return Ok(vec![DMat4::IDENTITY]);
