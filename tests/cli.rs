@@ -94,6 +94,7 @@ fn the_options_of_the_design_are_there() {
         "--levels",
         "--ratios",
         "--triangles",
+        "--budget-per",
         "--max-error",
         "--max-turn",
         "--fast",

@@ -5,7 +5,12 @@
 //! collapse of all surfaces comes first. So all end where the next collapse costs the same in each: no
 //! other sharing of the same triangles would have a lesser sum, were costs to rise as they do along one
 //! descent (Everett, "Generalized Lagrange multiplier method for solving problems of optimum allocation
-//! of resources", Operations Research 1963).
+//! of resources", Operations Research 1963). That is
+//! a guide and no guarantee: costs are weighed with texture and shading, and fall where quadrics are
+//! summed anew.
+//!
+//! Each surface goes down in a queue of its own, however large: regions, which large surfaces go down in
+//! when they are alone, are not cut here.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicUsize;
