@@ -21,7 +21,6 @@ use crate::geometry::Geometry;
 use crate::images::Encoding;
 use crate::levels::{DressedLevel, LevelMesh, level_asset};
 use crate::options::{BakeOptions, Textures};
-use crate::output::named_files;
 use crate::progress::Progress;
 use crate::read::{self, ReadOptions};
 use crate::report::html::{Extras, bake_page};
@@ -81,9 +80,11 @@ impl Input<'_> {
     }
 
     /// The files beside the input that it names.
-    fn named_files(&self, asset: &Asset) -> Vec<PathBuf> {
+    fn named_files(&self, asset: &Asset, options: ReadOptions) -> Vec<PathBuf> {
         match self {
-            Self::File(path) => named_files(&asset.json, read::folder_of(path)),
+            Self::File(path) => {
+                read::document_files(&asset.json, options.reach(read::folder_of(path)))
+            }
             Self::Bytes(..) => Vec::new(),
         }
     }
@@ -212,7 +213,7 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
         seconds: clock.seconds,
         peak_memory_bytes: peak_memory(),
     };
-    Ok(Baked { files, sources: input.named_files(&asset), report, extras })
+    Ok(Baked { files, sources: input.named_files(&asset, options.reading()), report, extras })
 }
 
 /// Adds up the wall time of each stage.

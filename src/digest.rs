@@ -23,9 +23,11 @@ use crate::read::named_files;
 /// well.
 pub(crate) fn digest(input: Input<'_>, options: &BakeOptions) -> Result<String> {
     // What decides only whether there are outputs.
+    let allow_outside = options.allow_outside;
     let options = BakeOptions {
         memory_limit: MemoryLimit::default(),
         allow_missing: false,
+        allow_outside: false,
         ..options.clone()
     };
     let mut hasher = Hasher::new();
@@ -37,7 +39,7 @@ pub(crate) fn digest(input: Input<'_>, options: &BakeOptions) -> Result<String> 
         Input::File(path) => {
             let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
             add(&mut hasher, &bytes);
-            for file in named_files(path, &bytes) {
+            for file in named_files(path, &bytes, allow_outside) {
                 add_file(&mut hasher, &file);
             }
         }

@@ -72,6 +72,7 @@ pub mod progress;
 mod prune;
 mod quantization;
 pub mod quantize;
+mod reach;
 pub mod read;
 pub mod repair;
 pub mod report;

@@ -32,6 +32,8 @@ pub struct BakeOptions {
     pub memory_limit: MemoryLimit,
     /// Whether image files may be missing: they are measured as white or flat, and stay named.
     pub allow_missing: bool,
+    /// Whether an asset may name files outside its folder; see [`ReadOptions::allow_outside`].
+    pub allow_outside: bool,
     /// In which files the levels are written, and how.
     pub output: OutputOptions,
 }
@@ -46,7 +48,8 @@ pub struct ReportOptions {
 impl BakeOptions {
     /// How the asset is read.
     pub fn reading(&self) -> ReadOptions {
-        ReadOptions { memory_limit: self.memory_limit, allow_missing: self.allow_missing }
+        let Self { memory_limit, allow_missing, allow_outside, .. } = *self;
+        ReadOptions { memory_limit, allow_missing, allow_outside }
     }
 
     /// How the levels are evaluated, with the tolerance that their sizes are reckoned for.
@@ -68,6 +71,7 @@ impl Default for BakeOptions {
             report: None,
             memory_limit: MemoryLimit::default(),
             allow_missing: false,
+            allow_outside: false,
             output: OutputOptions::default(),
         }
     }

@@ -12,6 +12,7 @@ use crate::compression;
 use crate::error::{Error, Result};
 use crate::formats::Format;
 use crate::limit::MemoryLimit;
+use crate::reach::Reach;
 
 /// Required extensions that leave geometry and textures as core glTF has them, that the accessor
 /// layer reads, or that are made plain at reading.
@@ -42,6 +43,16 @@ pub struct ReadOptions {
     pub memory_limit: MemoryLimit,
     /// Whether image files may be missing; see [`Asset::missing_images`].
     pub allow_missing: bool,
+    /// Whether the asset may name files outside its folder. Names are judged as they are written: a
+    /// link in the folder is followed wherever it leads.
+    pub allow_outside: bool,
+}
+
+impl ReadOptions {
+    /// What files an asset in `folder` may name.
+    pub(crate) fn reach(self, folder: &Path) -> Reach<'_> {
+        Reach { folder, allow_outside: self.allow_outside }
+    }
 }
 
 /// Reads an asset with all its buffers and images.
@@ -69,12 +80,12 @@ pub fn read_with(path: &Path, options: ReadOptions) -> Result<Asset> {
 ///
 /// # Errors
 /// As [`read`].
-pub fn read_geometry(path: &Path) -> Result<Asset> {
+pub fn read_geometry(path: &Path, options: ReadOptions) -> Result<Asset> {
     if Format::of(path).is_some() {
-        return read_with(path, ReadOptions { allow_missing: true, ..ReadOptions::default() });
+        return read_with(path, ReadOptions { allow_missing: true, ..options });
     }
     let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
-    read_document(&bytes, folder_of(path), ReadOptions::default())
+    read_document(&bytes, folder_of(path), options)
 }
 
 /// Where the files that a document names are.
@@ -111,7 +122,8 @@ fn read_document(bytes: &[u8], folder: &Path, options: ReadOptions) -> Result<As
     check_extensions(&json)?;
     let mut asset = Asset { json, buffers: Vec::new(), images: Vec::new() };
     for index in 0..asset.count("buffers") {
-        let buffer = read_buffer(&asset, index, chunk.as_deref(), folder)?;
+        let reach = options.reach(folder);
+        let buffer = read_buffer(&asset, index, chunk.as_deref(), reach)?;
         asset.buffers.push(buffer);
     }
     compression::expand(&mut asset, options.memory_limit)?;
@@ -137,18 +149,20 @@ fn parse(bytes: &[u8]) -> Result<(Value, Option<Cow<'_, [u8]>>)> {
     Ok((json, chunk))
 }
 
-/// The other files that an asset's file names, as far as it can be read; `bytes` are its own.
-pub(crate) fn named_files(path: &Path, bytes: &[u8]) -> Vec<PathBuf> {
-    let folder = folder_of(path);
+/// The other files that an asset's file names and may, as far as it can be read; `bytes` are its own.
+pub(crate) fn named_files(path: &Path, bytes: &[u8], allow_outside: bool) -> Vec<PathBuf> {
+    let reach = Reach { folder: folder_of(path), allow_outside };
     if let Some(format) = Format::of(path) {
-        return format.named_files(bytes, folder);
+        return format.named_files(bytes, reach);
     }
-    let Ok((json, _)) = parse(bytes) else {
-        return Vec::new();
-    };
+    parse(bytes).map_or(Vec::new(), |(json, _)| document_files(&json, reach))
+}
+
+/// The files that a document names and may.
+pub(crate) fn document_files(json: &Value, reach: Reach<'_>) -> Vec<PathBuf> {
     let list = |name: &str| json.get(name).and_then(Value::as_array).into_iter().flatten();
     let uris = list("buffers").chain(list("images")).filter_map(|object| object["uri"].as_str());
-    let file = |uri| match Resource::of(uri, "", folder) {
+    let file = |uri| match Resource::of(uri, "", reach) {
         Ok(Resource::File(path)) => Some(path),
         _ => None,
     };
@@ -243,12 +257,12 @@ fn read_buffer(
     asset: &Asset,
     index: usize,
     chunk: Option<&[u8]>,
-    folder: &Path,
+    reach: Reach<'_>,
 ) -> Result<Vec<u8>> {
     let at = format!("/buffers/{index}");
     let buffer: json::Buffer = asset.parse(&at)?;
     let mut bytes = match (&buffer.uri, chunk) {
-        (Some(uri), _) => Resource::of(uri, &at, folder)?.read(&at)?,
+        (Some(uri), _) => Resource::of(uri, &at, reach)?.read(&at)?,
         (None, Some(chunk)) if index == 0 => chunk.to_vec(),
         (None, _) if compression::is_fallback(&asset.json["buffers"][index]) => {
             return Ok(Vec::new());
@@ -274,7 +288,7 @@ fn read_image(
     let uri = asset.json.pointer(&at).and_then(|image| image.get("uri")).and_then(Value::as_str);
     let bytes = match (uri, asset.reference(&at, "bufferView", "bufferViews")?) {
         (Some(uri), _) => {
-            let resource = Resource::of(uri, &at, folder)?;
+            let resource = Resource::of(uri, &at, options.reach(folder))?;
             if options.allow_missing && resource.is_missing() {
                 return Ok(EncodedImage::missing());
             }
@@ -295,12 +309,12 @@ fn read_image(
 enum Resource {
     /// Bytes in the URI itself.
     Data(Vec<u8>),
-    /// A file in the asset's folder.
+    /// A file that the asset may name.
     File(PathBuf),
 }
 
 impl Resource {
-    fn of(uri: &str, at: &str, folder: &Path) -> Result<Self> {
+    fn of(uri: &str, at: &str, reach: Reach<'_>) -> Result<Self> {
         let at = || format!("{at}/uri");
         if let Some(data) = uri.strip_prefix("data:") {
             let Some((_, data)) = data.split_once(";base64,") else {
@@ -310,13 +324,19 @@ impl Resource {
             let data = base64::engine::general_purpose::STANDARD.decode(data);
             return data.map(Self::Data).map_err(|error| Error::invalid(at(), error.to_string()));
         }
-        if uri.contains("://") {
-            return Err(Error::Unsupported { what: format!("{}: fetching {uri}", at()) });
-        }
         let name = percent_encoding::percent_decode_str(uri)
             .decode_utf8()
             .map_err(|_| Error::invalid(at(), "its file name is not UTF-8"))?;
-        Ok(Self::File(folder.join(name.as_ref())))
+        let path = match name.split_once(':') {
+            Some((scheme, rest)) if scheme.eq_ignore_ascii_case("file") => {
+                reach.absolute(&name, rest)
+            }
+            Some((_, rest)) if rest.starts_with("//") => {
+                return Err(Error::Unsupported { what: format!("{}: fetching {uri}", at()) });
+            }
+            _ => reach.file(&name),
+        };
+        path.map(Self::File).map_err(|what| Error::invalid(at(), what))
     }
 
     /// Whether it is a file that is certainly not there.

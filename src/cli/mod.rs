@@ -133,13 +133,25 @@ pub(crate) struct ReadingArgs {
     /// white, or flat for normals. What is written still names them, to be put beside it.
     #[arg(long)]
     allow_missing: bool,
+    #[command(flatten)]
+    outside: OutsideArgs,
+}
+
+/// Which files an asset may name.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct OutsideArgs {
+    /// Read files that an asset names outside its own folder: by absolute paths, file URIs or `..`.
+    /// Whoever made the asset chose these names, and what they lead to may end up in the output.
+    #[arg(long)]
+    pub(crate) allow_outside: bool,
 }
 
 impl ReadingArgs {
     /// What these arguments mean.
     pub(crate) fn resolve(&self, common: Common) -> ReadOptions {
         let Common { memory_limit, .. } = common;
-        ReadOptions { memory_limit, allow_missing: self.allow_missing }
+        let allow_outside = self.outside.allow_outside;
+        ReadOptions { memory_limit, allow_missing: self.allow_missing, allow_outside }
     }
 }
 
@@ -183,6 +195,7 @@ impl BakeArgs {
             screen,
             report: self.report.then_some(ReportOptions { threads: self.threads_report }),
             allow_missing: self.reading.allow_missing,
+            allow_outside: self.reading.outside.allow_outside,
             output: self.files.resolve(),
             ..BakeOptions::default()
         })

@@ -19,6 +19,7 @@ use std::path::{Path, PathBuf};
 
 use crate::asset::Asset;
 use crate::error::Result;
+use crate::reach::Reach;
 use crate::read::ReadOptions;
 
 /// Formats other than glTF, known by their extensions.
@@ -58,12 +59,12 @@ impl Format {
         }
     }
 
-    /// The other files that a file of this format names, as far as it can be read.
-    pub(crate) fn named_files(self, bytes: &[u8], folder: &Path) -> Vec<PathBuf> {
+    /// The other files that a file of this format names and may, as far as it can be read.
+    pub(crate) fn named_files(self, bytes: &[u8], reach: Reach<'_>) -> Vec<PathBuf> {
         match self {
-            Self::Obj => obj::named_files(bytes, folder),
+            Self::Obj => obj::named_files(bytes, reach),
             Self::Off => Vec::new(),
-            Self::Ply => ply::named_files(bytes, folder),
+            Self::Ply => ply::named_files(bytes, reach),
         }
     }
 }

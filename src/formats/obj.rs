@@ -22,6 +22,7 @@ use super::polygon::triangulate;
 use super::text::{Line, decode, lines, shorten, words};
 use crate::asset::Asset;
 use crate::error::{Error, Result};
+use crate::reach::Reach;
 use crate::read::ReadOptions;
 
 /// Names by which exporters say that faces have no material.
@@ -45,14 +46,17 @@ pub(super) fn read(bytes: &[u8], folder: &Path, options: ReadOptions) -> Result<
 }
 
 /// The material files that an OBJ names, and the pictures that they name.
-pub(super) fn named_files(bytes: &[u8], folder: &Path) -> Vec<PathBuf> {
+pub(super) fn named_files(bytes: &[u8], reach: Reach<'_>) -> Vec<PathBuf> {
     let text = join_lines(decode(bytes));
     let libraries = lines(&text).map(Line::split).filter(|(key, _)| *key == "mtllib");
-    let libraries: BTreeSet<PathBuf> =
-        libraries.flat_map(|(_, rest)| library_files(folder, rest)).map(|(_, path)| path).collect();
+    let libraries: BTreeSet<PathBuf> = libraries
+        .flat_map(|(_, rest)| library_files(reach, rest))
+        .filter_map(|(_, path)| path.ok())
+        .collect();
     let read = |path: &PathBuf| mtl::parse(&std::fs::read(path).ok()?, "").ok();
     let materials: Vec<Material> = libraries.iter().filter_map(read).flatten().collect();
-    let maps = materials.iter().flat_map(Material::maps).map(|map| find(folder, &map.file));
+    let maps =
+        materials.iter().flat_map(Material::maps).filter_map(|map| find(reach, &map.file).ok());
     libraries.iter().cloned().chain(maps).collect()
 }
 
@@ -75,11 +79,15 @@ fn join_lines(text: Cow<'_, str>) -> Cow<'_, str> {
     joined.into()
 }
 
+/// A file's name, and where it is if it may be read.
+type Named = (String, std::result::Result<PathBuf, String>);
+
 /// The files of a `mtllib` line: one whose name may hold spaces, or several.
-fn library_files(folder: &Path, rest: &str) -> Vec<(String, PathBuf)> {
-    let file = |name: &str| (name.to_owned(), find(folder, name));
+fn library_files(reach: Reach<'_>, rest: &str) -> Vec<Named> {
+    let file = |name: &str| (name.to_owned(), find(reach, name));
     let whole = file(rest);
-    if whole.1.is_file() { vec![whole] } else { rest.split_whitespace().map(file).collect() }
+    let is_there = whole.1.as_ref().is_ok_and(|path| path.is_file());
+    if is_there { vec![whole] } else { rest.split_whitespace().map(file).collect() }
 }
 
 /// A primitive: an object's faces of one material, with or without UVs and normals.
@@ -163,7 +171,8 @@ impl Reader {
         folder: &Path,
         options: ReadOptions,
     ) -> Result<()> {
-        for (name, path) in library_files(folder, rest) {
+        for (name, path) in library_files(options.reach(folder), rest) {
+            let path = path.map_err(|what| line.error(what))?;
             if !self.libraries.insert(path.clone()) {
                 continue;
             }

@@ -20,6 +20,7 @@ use super::pictures::{Pictures, find};
 use super::polygon::triangulate;
 use crate::asset::Asset;
 use crate::error::{Error, Result};
+use crate::reach::Reach;
 use crate::read::ReadOptions;
 
 /// Reads a PLY and its pictures.
@@ -57,9 +58,9 @@ pub(super) fn read(bytes: &[u8], folder: &Path, options: ReadOptions) -> Result<
 }
 
 /// The pictures that a PLY names.
-pub(super) fn named_files(bytes: &[u8], folder: &Path) -> Vec<PathBuf> {
+pub(super) fn named_files(bytes: &[u8], reach: Reach<'_>) -> Vec<PathBuf> {
     let header = Parser::<Skipped>::new().read_header(&mut Reader::new(bytes));
-    let files = |header| texture_files(&header).map(|name| find(folder, name)).collect();
+    let files = |header| texture_files(&header).filter_map(|name| find(reach, name).ok()).collect();
     header.map(files).unwrap_or_default()
 }
 

@@ -68,11 +68,19 @@ pub struct RepairOptions {
     pub equalize: Option<equalize::Options>,
     /// Most memory that decoding one image may take.
     pub memory_limit: MemoryLimit,
+    /// Whether an asset may name files outside its folder; see [`ReadOptions::allow_outside`].
+    pub allow_outside: bool,
     /// How images are encoded.
     pub encoding: Encoding,
 }
 
 impl RepairOptions {
+    /// How an asset is read.
+    fn reading(&self) -> ReadOptions {
+        let Self { memory_limit, allow_outside, .. } = *self;
+        ReadOptions { memory_limit, allow_outside, ..ReadOptions::default() }
+    }
+
     /// What of it is for the images of an asset.
     fn for_atlases(&self) -> AtlasOptions {
         let Self { memory_limit, keep_padding, halvings, equalize, .. } = *self;
@@ -250,9 +258,7 @@ impl Job<'_> {
             return Err(Error::Options { what: format!("{}: {what}", self.input.display()) });
         }
         let run = || {
-            let memory_limit = self.options.memory_limit;
-            let reading = ReadOptions { memory_limit, ..ReadOptions::default() };
-            let asset = read_bytes_with(bytes, folder_of(self.input), reading)?;
+            let asset = read_bytes_with(bytes, folder_of(self.input), self.options.reading())?;
             let repairs = repair_all_with(&asset, self.options.for_atlases())?;
             let images = encode_repaired(&asset, &repairs, *encoding)?;
             let report = repairs.iter().map(|repair| {

@@ -14,7 +14,7 @@ use crate::asset::Asset;
 use crate::atlas::{Charts, Reads};
 use crate::error::{Error, Result};
 use crate::primitive::Primitive;
-use crate::read::read_geometry;
+use crate::read::{ReadOptions, read_geometry};
 use crate::seams::Surface;
 
 /// The mesh, the mask and the background, read.
@@ -32,7 +32,8 @@ impl Sources {
         let charts = options.mesh.as_ref().map(|mesh| {
             let vectors = options.role == Some(Role::Normal);
             let equalize = options.equalize.map(|_| vectors);
-            read_charts(mesh, equalize).map_err(|error| error.in_file(&mesh.file))
+            read_charts(mesh, equalize, options.reading())
+                .map_err(|error| error.in_file(&mesh.file))
         });
         let (charts, seams) = charts.transpose()?.unzip();
         let mask = options.mask.as_ref().map(|path| {
@@ -98,8 +99,12 @@ impl Sources {
 
 /// The charts of all triangle primitives that have the UV set, and their seams if `equalize`, which
 /// then tells whether they are those of a normal map.
-fn read_charts(options: &MeshOptions, equalize: Option<bool>) -> Result<(Charts, Vec<Seam>)> {
-    let asset = read_geometry(&options.file)?;
+fn read_charts(
+    options: &MeshOptions,
+    equalize: Option<bool>,
+    reading: ReadOptions,
+) -> Result<(Charts, Vec<Seam>)> {
+    let asset = read_geometry(&options.file, reading)?;
     let mut charts = Charts::default();
     let mut seams = Vec::new();
     for mesh in chosen_meshes(&asset, options.name.as_deref())? {
