@@ -25,6 +25,7 @@ pub(crate) fn simplify_all(
             .par_iter()
             .zip(steering)
             .map(|(geometry, steering)| {
+                progress.check("simplify")?;
                 let targets = targets(geometry, &shares);
                 simplify_chain(&geometry.welded.mesh, &targets, &steering.options(), removed)
                     .map_err(|error| Error::Internal { what: error.to_string() })
@@ -45,6 +46,7 @@ pub(crate) fn polish_all(
     progress.stage("polish", levels, |done| {
         geometries.par_iter().zip(chains).zip(steering).try_for_each(
             |((geometry, levels), steering)| {
+                progress.check("polish")?;
                 polish_chain(&geometry.welded.mesh, levels, &steering.options(), polish, done)
                     .map_err(|error| Error::Internal { what: error.to_string() })
             },

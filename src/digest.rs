@@ -26,6 +26,7 @@ pub(crate) fn digest(input: Input<'_>, options: &BakeOptions) -> Result<String> 
     let allow_outside = options.allow_outside;
     let options = BakeOptions {
         memory_limit: MemoryLimit::default(),
+        time_limit: None,
         allow_missing: false,
         allow_outside: false,
         ..options.clone()

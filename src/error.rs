@@ -1,6 +1,7 @@
 //! Errors of the tool, by whose fault they are.
 
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// What went wrong, and where.
 #[derive(Debug, thiserror::Error)]
@@ -26,6 +27,17 @@ pub enum Error {
     Unsupported {
         /// What it asks for.
         what: String,
+    },
+    /// It took longer than the user allows.
+    #[error(
+        "it takes longer than the limit of {} s, stopped at the stage `{stage}`; --time-limit allows more",
+        limit.as_secs_f64()
+    )]
+    Time {
+        /// What was done last, or would have been next.
+        stage: String,
+        /// How long it might take.
+        limit: Duration,
     },
     /// An option makes no sense.
     #[error("{what}")]

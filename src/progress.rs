@@ -1,10 +1,17 @@
-//! Progress bars on a terminal's standard error, and nothing anywhere else.
+//! Progress bars on a terminal's standard error, and nothing anywhere else; and when there is to be no
+//! more of it.
+//!
+//! A bake may be given a time. It is looked at between stages and, within one, before each surface
+//! or level: what is under way is ended first, so a bake ends late by a step at most, and every
+//! file is still written or none.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread::Thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use crate::error::{Error, Result};
 
 /// Where progress is shown.
 #[derive(Clone, Debug)]
@@ -12,6 +19,14 @@ pub struct Progress {
     bars: MultiProgress,
     /// The bar that all stages of one file share.
     file: Option<ProgressBar>,
+    deadline: Option<Deadline>,
+}
+
+/// When a time is over, and how long it was.
+#[derive(Clone, Copy, Debug)]
+struct Deadline {
+    end: Instant,
+    limit: Duration,
 }
 
 /// A stage of its own.
@@ -35,13 +50,37 @@ impl Drop for End<'_> {
 impl Progress {
     /// On standard error, if that is a terminal.
     pub fn terminal() -> Self {
-        Self { bars: MultiProgress::new(), file: None }
+        Self { bars: MultiProgress::new(), file: None, deadline: None }
     }
 
     /// Nowhere.
     pub fn hidden() -> Self {
         let bars = MultiProgress::with_draw_target(ProgressDrawTarget::hidden());
-        Self { bars, file: None }
+        Self { bars, file: None, deadline: None }
+    }
+
+    /// The same with a time from now on, if there is one.
+    pub(crate) fn limited(&self, limit: Option<Duration>) -> Self {
+        let end = |limit| Some(Deadline { end: Instant::now().checked_add(limit)?, limit });
+        Self { deadline: limit.and_then(end), ..self.clone() }
+    }
+
+    /// The same, shown nowhere.
+    pub(crate) fn unseen(&self) -> Self {
+        Self { deadline: self.deadline, ..Self::hidden() }
+    }
+
+    /// Makes sure that there is time left; `stage` is what it would be for, or was.
+    ///
+    /// # Errors
+    /// [`Error::Time`] with the stage.
+    pub(crate) fn check(&self, stage: &str) -> Result<()> {
+        match self.deadline {
+            Some(Deadline { end, limit }) if Instant::now() >= end => {
+                Err(Error::Time { stage: stage.to_owned(), limit })
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Runs a stage that does `total` steps and counts them on the counter it is given.
@@ -77,7 +116,7 @@ impl Progress {
     /// Runs what is done to one of several files: its stages share a bar with the file's name.
     pub fn file<T>(&self, name: &str, run: impl FnOnce(&Self) -> T) -> T {
         let bar = self.add(FILE, name);
-        let result = run(&Self { bars: self.bars.clone(), file: Some(bar.clone()) });
+        let result = run(&Self { file: Some(bar.clone()), ..self.clone() });
         self.remove(&bar);
         result
     }
@@ -98,5 +137,24 @@ impl Progress {
     fn remove(&self, bar: &ProgressBar) {
         bar.finish_and_clear();
         self.bars.remove(bar);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn time_is_over_at_its_end_and_never_without_one() {
+        let progress = Progress::hidden();
+        assert!(progress.check("read").is_ok());
+        assert!(progress.limited(Some(Duration::MAX)).check("read").is_ok());
+        assert!(progress.limited(Some(Duration::from_secs(3600))).check("read").is_ok());
+        let over = progress.limited(Some(Duration::ZERO));
+        for over in [over.unseen(), over.file("a.glb", Progress::clone), over] {
+            let said = over.check("simplify").unwrap_err().to_string();
+            assert!(said.contains("`simplify`") && said.contains("--time-limit"), "{said}");
+            assert!(over.limited(None).check("simplify").is_ok());
+        }
     }
 }

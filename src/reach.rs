@@ -10,6 +10,10 @@
 
 use std::path::{Path, PathBuf};
 
+use base64::Engine;
+
+use crate::error::Error;
+
 /// Where the files are that an asset names.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Reach<'a> {
@@ -77,6 +81,57 @@ fn leads_outside(name: &str) -> bool {
         }
     }
     name.starts_with(slash)
+}
+
+/// What a URI names.
+pub(crate) enum Resource {
+    /// Bytes in the URI itself.
+    Data(Vec<u8>),
+    /// A file that the asset may name.
+    File(PathBuf),
+}
+
+impl Resource {
+    /// What the URI of the object at `at` names.
+    pub(crate) fn of(uri: &str, at: &str, reach: Reach<'_>) -> Result<Self, Error> {
+        let at = || format!("{at}/uri");
+        if let Some(data) = uri.strip_prefix("data:") {
+            let Some((_, data)) = data.split_once(";base64,") else {
+                let what = format!("{}: a data URI without base64", at());
+                return Err(Error::Unsupported { what });
+            };
+            let data = base64::engine::general_purpose::STANDARD.decode(data);
+            return data.map(Self::Data).map_err(|error| Error::invalid(at(), error.to_string()));
+        }
+        let name = percent_encoding::percent_decode_str(uri)
+            .decode_utf8()
+            .map_err(|_| Error::invalid(at(), "its file name is not UTF-8"))?;
+        let path = match name.split_once(':') {
+            Some((scheme, rest)) if scheme.eq_ignore_ascii_case("file") => {
+                reach.absolute(&name, rest)
+            }
+            Some((_, rest)) if rest.starts_with("//") => {
+                return Err(Error::Unsupported { what: format!("{}: fetching {uri}", at()) });
+            }
+            _ => reach.file(&name),
+        };
+        path.map(Self::File).map_err(|what| Error::invalid(at(), what))
+    }
+
+    /// Whether it is a file that is certainly not there.
+    pub(crate) fn is_missing(&self) -> bool {
+        matches!(self, Self::File(path) if path.try_exists().is_ok_and(|exists| !exists))
+    }
+
+    /// Its bytes; `at` is the object that names it.
+    pub(crate) fn read(self, at: &str) -> Result<Vec<u8>, Error> {
+        let path = match self {
+            Self::Data(bytes) => return Ok(bytes),
+            Self::File(path) => path,
+        };
+        let fault = |error| format!("{} can't be read: {error}", path.display());
+        std::fs::read(&path).map_err(|error| Error::invalid(format!("{at}/uri"), fault(error)))
+    }
 }
 
 #[cfg(test)]

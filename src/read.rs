@@ -3,7 +3,6 @@
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-use base64::Engine;
 use gltf::json;
 use serde_json::Value;
 
@@ -11,8 +10,8 @@ use crate::asset::{Asset, EncodedImage, ImageFormat};
 use crate::compression;
 use crate::error::{Error, Result};
 use crate::formats::Format;
-use crate::limit::MemoryLimit;
-use crate::reach::Reach;
+use crate::limit::{Budget, MemoryLimit};
+use crate::reach::{Reach, Resource};
 
 /// Required extensions that leave geometry and textures as core glTF has them, that the accessor
 /// layer reads, or that are made plain at reading.
@@ -39,7 +38,7 @@ const GLB_HEADERS: usize = 20;
 /// What reading may take, and what it puts up with.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ReadOptions {
-    /// Most memory that compressed geometry may take when it is decoded.
+    /// Most memory that all buffers may take, all image files, and all geometry that is decompressed.
     pub memory_limit: MemoryLimit,
     /// Whether image files may be missing; see [`Asset::missing_images`].
     pub allow_missing: bool,
@@ -70,9 +69,18 @@ pub fn read(path: &Path) -> Result<Asset> {
 /// As [`read`].
 pub fn read_with(path: &Path, options: ReadOptions) -> Result<Asset> {
     let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
+    read_bytes_of(&bytes, path, options)
+}
+
+/// As [`read_with`], of a file whose bytes are at hand: `path` says what format they are in, and which
+/// folder the files are in that it names.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_bytes_of(bytes: &[u8], path: &Path, options: ReadOptions) -> Result<Asset> {
     match Format::of(path) {
-        Some(format) => format.read(&bytes, folder_of(path), options),
-        None => read_bytes_with(&bytes, folder_of(path), options),
+        Some(format) => format.read(bytes, folder_of(path), options),
+        None => read_bytes_with(bytes, folder_of(path), options),
     }
 }
 
@@ -107,8 +115,11 @@ pub fn read_bytes(bytes: &[u8], folder: &Path) -> Result<Asset> {
 /// As [`read`].
 pub fn read_bytes_with(bytes: &[u8], folder: &Path, options: ReadOptions) -> Result<Asset> {
     let mut asset = read_document(bytes, folder, options)?;
+    let mut budget = Budget::of(options.memory_limit);
     for index in 0..asset.count("images") {
         let image = read_image(&asset, index, folder, options)?;
+        let fault = |what| Error::invalid(format!("/images/{index}"), what);
+        budget.take("all image files", image.bytes.len() as u64).map_err(fault)?;
         asset.images.push(image);
     }
     Ok(asset)
@@ -121,9 +132,11 @@ fn read_document(bytes: &[u8], folder: &Path, options: ReadOptions) -> Result<As
     check_shape(&json)?;
     check_extensions(&json)?;
     let mut asset = Asset { json, buffers: Vec::new(), images: Vec::new() };
+    let mut budget = Budget::of(options.memory_limit);
     for index in 0..asset.count("buffers") {
-        let reach = options.reach(folder);
-        let buffer = read_buffer(&asset, index, chunk.as_deref(), reach)?;
+        let buffer = read_buffer(&asset, index, chunk.as_deref(), options.reach(folder))?;
+        let fault = |what| Error::invalid(format!("/buffers/{index}"), what);
+        budget.take("all buffers", buffer.len() as u64).map_err(fault)?;
         asset.buffers.push(buffer);
     }
     compression::expand(&mut asset, options.memory_limit)?;
@@ -303,56 +316,6 @@ fn read_image(
         what: format!("{at}: an image that is no PNG, JPEG, WebP or KTX2"),
     })?;
     Ok(EncodedImage { bytes: bytes.into(), format })
-}
-
-/// What a URI names.
-enum Resource {
-    /// Bytes in the URI itself.
-    Data(Vec<u8>),
-    /// A file that the asset may name.
-    File(PathBuf),
-}
-
-impl Resource {
-    fn of(uri: &str, at: &str, reach: Reach<'_>) -> Result<Self> {
-        let at = || format!("{at}/uri");
-        if let Some(data) = uri.strip_prefix("data:") {
-            let Some((_, data)) = data.split_once(";base64,") else {
-                let what = format!("{}: a data URI without base64", at());
-                return Err(Error::Unsupported { what });
-            };
-            let data = base64::engine::general_purpose::STANDARD.decode(data);
-            return data.map(Self::Data).map_err(|error| Error::invalid(at(), error.to_string()));
-        }
-        let name = percent_encoding::percent_decode_str(uri)
-            .decode_utf8()
-            .map_err(|_| Error::invalid(at(), "its file name is not UTF-8"))?;
-        let path = match name.split_once(':') {
-            Some((scheme, rest)) if scheme.eq_ignore_ascii_case("file") => {
-                reach.absolute(&name, rest)
-            }
-            Some((_, rest)) if rest.starts_with("//") => {
-                return Err(Error::Unsupported { what: format!("{}: fetching {uri}", at()) });
-            }
-            _ => reach.file(&name),
-        };
-        path.map(Self::File).map_err(|what| Error::invalid(at(), what))
-    }
-
-    /// Whether it is a file that is certainly not there.
-    fn is_missing(&self) -> bool {
-        matches!(self, Self::File(path) if path.try_exists().is_ok_and(|exists| !exists))
-    }
-
-    /// Its bytes; `at` is the object that names it.
-    fn read(self, at: &str) -> Result<Vec<u8>> {
-        let path = match self {
-            Self::Data(bytes) => return Ok(bytes),
-            Self::File(path) => path,
-        };
-        let fault = |error| format!("{} can't be read: {error}", path.display());
-        std::fs::read(&path).map_err(|error| Error::invalid(format!("{at}/uri"), fault(error)))
-    }
 }
 
 #[cfg(test)]

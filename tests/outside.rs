@@ -3,9 +3,8 @@
 mod common;
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
-use assert_cmd::cargo::CommandCargoExt;
+use assert_cmd::Command;
 use common::assets::{picture, textured};
 use common::build::png;
 use common::formats::{obj, ply};

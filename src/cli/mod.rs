@@ -7,6 +7,7 @@ mod steering;
 mod textures;
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand};
 
@@ -46,8 +47,9 @@ pub(crate) struct Common {
     /// Say nothing but errors.
     #[arg(long, short, global = true)]
     pub(crate) quiet: bool,
-    /// Most memory that decoding one image, or all compressed geometry, may take, as 512MiB or 8GB:
-    /// a small file can claim any size.
+    /// Most memory, as 512MiB or 8GB, that each of these may take: decoding one image; all buffers and
+    /// image files; all decompressed geometry; all vertices, and all of the scene with its instances.
+    /// A small file can claim any size.
     #[arg(long, global = true, default_value_t, value_name = "SIZE")]
     pub(crate) memory_limit: MemoryLimit,
 }
@@ -113,6 +115,10 @@ pub(crate) struct BakeArgs {
     /// Write a page with charts and pictures.
     #[arg(long)]
     report: bool,
+    /// Give an input up after so many seconds, with nothing written. It is looked at between steps, so
+    /// that an input may take longer by one.
+    #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
+    time_limit: Option<Duration>,
     /// Bake once more on 1, 2, … threads each, and show on the page how the time falls.
     #[arg(long, requires = "report")]
     threads_report: bool,
@@ -161,6 +167,13 @@ fn parse_size(text: &str) -> std::result::Result<(u32, u32), String> {
     size.ok_or_else(|| format!("{text} is no size like 1920x1080"))
 }
 
+/// Reads a number of seconds above 0.
+fn parse_seconds(text: &str) -> std::result::Result<Duration, String> {
+    let seconds = text.parse().ok().filter(|seconds: &f64| *seconds > 0.0);
+    let limit = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+    limit.ok_or_else(|| format!("{text} is no number of seconds above 0"))
+}
+
 /// Reads a number of pixels above 0.
 fn parse_tolerance(text: &str) -> std::result::Result<f64, String> {
     let tolerance = text.parse().ok().filter(|tolerance: &f64| *tolerance > 0.0);
@@ -194,6 +207,7 @@ impl BakeArgs {
             evaluate: (!self.no_evaluate).then(evaluate::Options::default),
             screen,
             report: self.report.then_some(ReportOptions { threads: self.threads_report }),
+            time_limit: self.time_limit,
             allow_missing: self.reading.allow_missing,
             allow_outside: self.reading.outside.allow_outside,
             output: self.files.resolve(),

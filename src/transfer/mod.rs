@@ -300,6 +300,7 @@ impl Stage<'_> {
                 let originals = sheet.originals(self.origin)?;
                 let levels = self.levels.iter().zip(sizes).enumerate();
                 let one = |(level, (worn, &size)): (usize, (&Worn<'_>, &[usize; 2]))| {
+                    self.progress.check("transfer")?;
                     if is_old(&before, level, size) {
                         return Ok(before[level].clone());
                     }
