@@ -28,6 +28,7 @@ use seamwise::evaluate::scene::{Material, Scene};
 use seamwise::evaluate::{self, Metrics, Reference};
 use seamwise::geometry::Geometry;
 use seamwise::levels::{DressedLevel, LevelMesh, level_asset};
+use seamwise::limit::MemoryLimit;
 use seamwise::read::read;
 use seamwise::surfaces::weld_all;
 use seamwise_attr::{Level, Mesh, Options, Polish, Weights, polish_chain, simplify_chain, weld};
@@ -119,7 +120,7 @@ enum Subject {
 impl Subject {
     fn read(path: &Path) -> Self {
         let asset = read(path).expect("a readable model");
-        let geometries = weld_all(&asset).expect("sound meshes");
+        let geometries = weld_all(&asset, MemoryLimit::default()).expect("sound meshes");
         Self::Asset { asset, geometries, textures: TextureCache::default() }
     }
 

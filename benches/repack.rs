@@ -16,6 +16,7 @@ use criterion::{BenchmarkId, Criterion, Throughput};
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 use seamwise::geometry::Geometry;
+use seamwise::limit::MemoryLimit;
 use seamwise::read::read;
 use seamwise::surfaces::weld_all;
 use seamwise_attr::{Mesh, Options, Polish, WedgeId, polish_chain, simplify_chain};
@@ -95,7 +96,7 @@ impl Surface {
     /// A level of all meshes of an asset; groups are materials, those without one last.
     fn level(path: &Path, ratio: f64) -> Self {
         let asset = read(path).expect("a readable model");
-        let geometries = weld_all(&asset).expect("sound meshes");
+        let geometries = weld_all(&asset, MemoryLimit::default()).expect("sound meshes");
         let none = asset.count("materials");
         let levels: Vec<Mesh> = geometries.par_iter().map(|g| simplified(g, ratio)).collect();
         let mut surface = Self::default();

@@ -46,18 +46,39 @@ pub fn read(asset: &Asset, index: usize, at: &str) -> Result<Elements> {
             let offset = json.byte_offset.unwrap_or_default().0;
             tight(asset, &at, view.value(), Run { offset, count, size })?
         }
-        None => {
-            let there: usize = asset.buffers.iter().map(Vec::len).sum();
-            match count.checked_mul(size).filter(|&bytes| bytes / ZEROS_PER_BYTE <= there) {
-                Some(bytes) => vec![0; bytes],
-                None => return Err(Error::invalid(at, format!("{count} elements without data"))),
-            }
-        }
+        None => vec![0; zeros(asset, &at, count, size)?],
     };
     if let Some(sparse) = &json.sparse {
         replace_sparse(asset, &at, sparse, &mut bytes, size)?;
     }
     Ok(Elements { bytes, component, components, normalized: json.normalized })
+}
+
+/// How many elements an accessor has, and how many bytes they take together: checked as [`read`] does,
+/// and nothing is copied.
+///
+/// # Errors
+/// As [`read`].
+pub(crate) fn measure(asset: &Asset, index: usize) -> Result<[u64; 2]> {
+    let at = format!("/accessors/{index}");
+    let (json, component, components) = parse(asset, &at)?;
+    let size = component.size() * components;
+    let count = usize::try_from(json.count.0).unwrap_or(usize::MAX);
+    match json.buffer_view {
+        Some(view) => {
+            let offset = json.byte_offset.unwrap_or_default().0;
+            Run { offset, count, size }.within(asset, &at, view.value())?;
+        }
+        None => drop(zeros(asset, &at, count, size)?),
+    }
+    Ok([count as u64, (count * size) as u64])
+}
+
+/// The bytes of an accessor without a buffer view, if it may have so many.
+fn zeros(asset: &Asset, at: &str, count: usize, size: usize) -> Result<usize> {
+    let there: usize = asset.buffers.iter().map(Vec::len).sum();
+    let bytes = count.checked_mul(size).filter(|&bytes| bytes / ZEROS_PER_BYTE <= there);
+    bytes.ok_or_else(|| Error::invalid(at, format!("{count} elements without data")))
 }
 
 /// An accessor's description, with the type of its components and how many an element has.
@@ -91,29 +112,40 @@ struct Run {
     size: usize,
 }
 
+impl Run {
+    /// The bytes of a buffer view from its first element on, and how far apart they are; an error if
+    /// they run past its end.
+    fn within<'a>(&self, asset: &'a Asset, at: &str, view: usize) -> Result<(&'a [u8], usize)> {
+        let (bytes, view_json) = asset.view(view)?;
+        let Self { offset, count, size } = *self;
+        let stride = view_json.byte_stride.map_or(size, |stride| stride.0);
+        let start = usize::try_from(offset).unwrap_or(usize::MAX);
+        let length = count
+            .checked_sub(1)
+            .map_or(Some(0), |last| last.checked_mul(stride).and_then(|at| at.checked_add(size)));
+        let end = length.and_then(|length| length.checked_add(start));
+        let there = end.and_then(|end| bytes.get(start..end)).filter(|_| stride >= size);
+        let past_end = || {
+            let what = format!(
+                "{count} elements of {size} bytes, {stride} apart, run past /bufferViews/{view} of {} bytes",
+                bytes.len()
+            );
+            Error::invalid(at, what)
+        };
+        Ok((there.ok_or_else(past_end)?, stride))
+    }
+}
+
 /// Copies elements out of a buffer view.
 fn tight(asset: &Asset, at: &str, view: usize, run: Run) -> Result<Vec<u8>> {
-    let (bytes, view_json) = asset.view(view)?;
-    let Run { offset, count, size } = run;
-    let stride = view_json.byte_stride.map_or(size, |stride| stride.0);
-    let start = usize::try_from(offset).unwrap_or(usize::MAX);
-    let end = count
-        .checked_sub(1)
-        .map_or(Some(0), |last| last.checked_mul(stride).and_then(|at| at.checked_add(size)))
-        .and_then(|length| length.checked_add(start));
-    if stride < size || end.is_none_or(|end| end > bytes.len()) {
-        let what = format!(
-            "{count} elements of {size} bytes, {stride} apart, run past /bufferViews/{view} of {} bytes",
-            bytes.len()
-        );
-        return Err(Error::invalid(at, what));
-    }
+    let (bytes, stride) = run.within(asset, at, view)?;
+    let Run { count, size, .. } = run;
     if stride == size {
-        return Ok(bytes[start..start + count * size].to_vec());
+        return Ok(bytes[..count * size].to_vec());
     }
     let mut out = Vec::with_capacity(count * size);
     for element in 0..count {
-        out.extend_from_slice(&bytes[start + element * stride..][..size]);
+        out.extend_from_slice(&bytes[element * stride..][..size]);
     }
     Ok(out)
 }

@@ -21,7 +21,6 @@ use crate::geometry::Geometry;
 use crate::images::Encoding;
 use crate::levels::{DressedLevel, LevelMesh, level_asset};
 use crate::options::{BakeOptions, BudgetPer, Textures};
-use crate::output::named_files;
 use crate::progress::Progress;
 use crate::read::{self, ReadOptions};
 use crate::report::html::{Extras, bake_page};
@@ -82,9 +81,11 @@ impl Input<'_> {
     }
 
     /// The files beside the input that it names.
-    fn named_files(&self, asset: &Asset) -> Vec<PathBuf> {
+    fn named_files(&self, asset: &Asset, options: ReadOptions) -> Vec<PathBuf> {
         match self {
-            Self::File(path) => named_files(&asset.json, read::folder_of(path)),
+            Self::File(path) => {
+                read::document_files(&asset.json, options.reach(read::folder_of(path)))
+            }
             Self::Bytes(..) => Vec::new(),
         }
     }
@@ -103,12 +104,14 @@ impl Input<'_> {
 ///
 /// # Errors
 /// [`Error::Io`], [`Error::Invalid`] or [`Error::Unsupported`] if the asset can't be read;
-/// [`Error::Options`] if an output would overwrite the input, or the steering names what is not there.
+/// [`Error::Options`] if an output would overwrite the input, or the steering names what is not there;
+/// [`Error::Time`] if it takes longer than `options.time_limit`.
 ///
 /// [`Error::Io`]: crate::error::Error::Io
 /// [`Error::Invalid`]: crate::error::Error::Invalid
 /// [`Error::Unsupported`]: crate::error::Error::Unsupported
 /// [`Error::Options`]: crate::error::Error::Options
+/// [`Error::Time`]: crate::error::Error::Time
 pub fn bake(
     input: Input<'_>,
     folder: &Path,
@@ -117,17 +120,18 @@ pub fn bake(
 ) -> Result<BakeReport> {
     let outputs = input.outputs(folder, options);
     input.refuse_overwriting(&outputs)?;
+    let progress = &progress.limited(options.time_limit);
     // Before the input is read: if it changes in between, the hash is of what it no longer is.
     let digest = digest(input, options)?;
     let Baked { mut files, sources, mut report, mut extras } =
-        bake_in_memory(input, options, &progress.within(options.time_limit))?;
+        bake_in_memory(input, options, progress)?;
     report.digest = digest;
     let stem = input.stem();
     if let Some(page) = options.report {
         if page.threads {
             let again = BakeOptions { report: None, ..options.clone() };
             extras.threads = time_threads(rayon::current_num_threads(), || {
-                bake_in_memory(input, &again, &Progress::hidden())
+                bake_in_memory(input, &again, &progress.unseen())
             })?;
         }
         files.push((format!("{stem}.html"), bake_page(&report, &extras)?.into_bytes()));
@@ -154,24 +158,26 @@ struct Baked {
 
 fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> Result<Baked> {
     let mut clock = Clock { seconds: Seconds::default(), progress };
-    let asset = clock.time(|s| &mut s.read, || input.read(options.reading()))?;
-    let geometries = clock.time(|s| &mut s.weld, || weld_all(&asset))?;
+    let asset = clock.time("read", |s| &mut s.read, || input.read(options.reading()))?;
+    let geometries =
+        clock.time("weld", |s| &mut s.weld, || weld_all(&asset, options.memory_limit))?;
     let steering = options.steering.resolve(&asset, &geometries, options.memory_limit)?;
     let simplify = || simplify_all(&geometries, &steering, options, progress);
-    let mut chains = clock.time(|s| &mut s.simplify, simplify)?;
+    let mut chains = clock.time("simplify", |s| &mut s.simplify, simplify)?;
     if let Some(polish) = &options.polish {
         let run = || polish_all(&geometries, &mut chains, &steering, polish, progress);
-        clock.time(|s| &mut s.polish, run)?;
+        clock.time("polish", |s| &mut s.polish, run)?;
     }
-    let repairs = clock.time(|s| &mut s.repair, || repair_images(&asset, options))?;
-    let images = clock.time(|s| &mut s.repair, || finish_images(&asset, repairs.as_deref()))?;
+    let repairs = clock.time("repair", |s| &mut s.repair, || repair_images(&asset, options))?;
+    let images =
+        clock.time("repair", |s| &mut s.repair, || finish_images(&asset, repairs.as_deref()))?;
     let (textures, materials) = match (options.textures, &repairs) {
         (Textures::Transfer(transfer), Some(repairs)) => {
             let (surfaces, screen) = (&geometries[..], options.screen);
             let (images, limit) = (&images[..], options.memory_limit);
             let origin = Origin { asset: &asset, surfaces, repairs, images, screen, limit };
             let run = || own_textures(&origin, &mut chains, &transfer, progress);
-            clock.time(|s| &mut s.transfer, run)?
+            clock.time("transfer", |s| &mut s.transfer, run)?
         }
         _ => {
             let shared = LevelTextures::shared(&images, &geometries);
@@ -181,30 +187,30 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
     let mut extras = Extras::default();
     if let (Some(repairs), Some(_)) = (repairs, options.report) {
         let draw = || draw_atlases(&asset, &repairs, options.memory_limit);
-        extras.atlases = clock.time(|s| &mut s.report, draw)?;
+        extras.atlases = clock.time("report", |s| &mut s.report, draw)?;
     }
     let undressed = Undressed { asset: &asset, geometries: &geometries, chains: &chains };
     let dress = || undressed.dress(textures, options.output.compress);
-    let dressed = clock.time(|s| &mut s.write, dress)?;
-    let levels = clock.time(|s| &mut s.write, || level_assets(&asset, &dressed))?;
+    let dressed = clock.time("write", |s| &mut s.write, dress)?;
+    let levels = clock.time("write", |s| &mut s.write, || level_assets(&asset, &dressed))?;
     let mut cache = TextureCache::with_limit(options.memory_limit);
     let measure = |options| {
         let measure = || evaluate_all(&asset, &levels, options, &mut cache, progress);
-        clock.time(|s| &mut s.evaluate, measure)
+        clock.time("evaluate", |s| &mut s.evaluate, measure)
     };
     let measured = options.evaluation().map(measure).transpose()?;
     if options.report.is_some() {
         let draw = || draw_all(&asset, &levels, &mut cache, progress);
-        extras.gallery = Some(clock.time(|s| &mut s.report, draw)?);
+        extras.gallery = Some(clock.time("report", |s| &mut s.report, draw)?);
         let draw = || draw_worn(&levels, &images, options.memory_limit);
-        extras.worn = clock.time(|s| &mut s.report, draw)?;
+        extras.worn = clock.time("report", |s| &mut s.report, draw)?;
     }
     let encode = || {
         let chain = Chain { asset: &asset, levels: &dressed, images: &images };
         let documents = chain.documents(levels, measured.as_ref(), &input.stem(), options)?;
         options.output.encode(&input.stem(), &documents)
     };
-    let files = clock.time(|s| &mut s.write, encode)?;
+    let files = clock.time("write", |s| &mut s.write, encode)?;
     let report = BakeReport {
         schema: 1,
         digest: String::new(),
@@ -216,27 +222,28 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
         seconds: clock.seconds,
         peak_memory_bytes: peak_memory(),
     };
-    Ok(Baked { files, sources: input.named_files(&asset), report, extras })
+    Ok(Baked { files, sources: input.named_files(&asset, options.reading()), report, extras })
 }
 
-/// Adds up the wall time of each stage.
+/// Adds up the wall time of each stage, and ends a bake between two if its time is over.
 struct Clock<'a> {
     seconds: Seconds,
     progress: &'a Progress,
 }
 
 impl Clock<'_> {
-    /// Runs a stage, if there is time for it.
     fn time<T>(
         &mut self,
+        name: &str,
         stage: fn(&mut Seconds) -> &mut f64,
         run: impl FnOnce() -> Result<T>,
     ) -> Result<T> {
-        self.progress.check()?;
+        self.progress.check(name)?;
         let start = Instant::now();
-        let result = run();
+        let result = run()?;
         *stage(&mut self.seconds) += start.elapsed().as_secs_f64();
-        result
+        self.progress.check(name)?;
+        Ok(result)
     }
 }
 
@@ -288,7 +295,7 @@ fn draw_all(
     progress.stage("draw", levels.len() + 1, |done| {
         let mut gallery = Gallery::new(&load(asset, textures)?)?;
         for level in levels {
-            progress.check()?;
+            progress.check("report")?;
             done.fetch_add(1, Ordering::Relaxed);
             gallery.add(&load(level, textures)?)?;
         }
@@ -310,7 +317,7 @@ fn evaluate_all(
         count();
         let mut metrics = Vec::with_capacity(levels.len());
         for level in levels {
-            progress.check()?;
+            progress.check("evaluate")?;
             metrics.push(reference.compare(&load(level, textures)?)?);
             count();
         }

@@ -44,7 +44,7 @@ fn apart(
 ) -> Result<Vec<Vec<Level>>> {
     let shares = options.targets.shares(triangle_count(geometries));
     let simplify = |(geometry, steering): (&Geometry, &MeshSteering)| {
-        progress.check()?;
+        progress.check("simplify")?;
         let targets = targets(geometry, &shares);
         simplify_chain(&geometry.welded.mesh, &targets, &steering.options(), removed)
             .map_err(internal)
@@ -84,7 +84,7 @@ pub(crate) fn polish_all(
     progress.stage("polish", levels, |done| {
         geometries.par_iter().zip(chains).zip(steering).try_for_each(
             |((geometry, levels), steering)| {
-                progress.check()?;
+                progress.check("polish")?;
                 polish_chain(&geometry.welded.mesh, levels, &steering.options(), polish, done)
                     .map_err(internal)
             },

@@ -22,8 +22,8 @@ use crate::read::named_files;
 /// [`Error::Io`] if the input can't be read. A file that it names may be missing, which counts as
 /// well.
 pub(crate) fn digest(input: Input<'_>, options: &BakeOptions) -> Result<String> {
-    let allow_outside = options.allow_outside;
     // What decides only whether there are outputs.
+    let allow_outside = options.allow_outside;
     let options = BakeOptions {
         memory_limit: MemoryLimit::default(),
         time_limit: None,

@@ -28,17 +28,22 @@ pub enum Error {
         /// What it asks for.
         what: String,
     },
+    /// It took longer than the user allows.
+    #[error(
+        "it takes longer than the limit of {} s, stopped at the stage `{stage}`; --time-limit allows more",
+        limit.as_secs_f64()
+    )]
+    Time {
+        /// What was done last, or would have been next.
+        stage: String,
+        /// How long it might take.
+        limit: Duration,
+    },
     /// An option makes no sense.
     #[error("{what}")]
     Options {
         /// Which, and what it would have to be.
         what: String,
-    },
-    /// A job took too long.
-    #[error("it was not done within the time limit of {} s", limit.as_secs_f64())]
-    TimeLimit {
-        /// How long it might have taken.
-        limit: Duration,
     },
     /// A mistake in Seamwise.
     #[error("internal error, please report it: {what}")]

@@ -10,9 +10,10 @@ use gltf::json::accessor::ComponentType;
 use rustc_hash::FxHashMap;
 use seamwise_attr::{Layout, Vertices, Welded, weld};
 
-use crate::accessor::Elements;
+use crate::accessor::{self, Elements};
 use crate::asset::Asset;
 use crate::error::{Error, Result};
+use crate::limit::{Budget, MemoryLimit};
 use crate::primitive::{Attributes, Primitive, read_checked};
 
 /// Most UV sets that the metric takes; further ones are carried along.
@@ -74,6 +75,40 @@ impl Geometry {
     }
 }
 
+/// Bytes that a vertex takes besides what it carries, and that a corner of a triangle takes; a
+/// primitive takes some even if it has neither.
+const BYTES_PER_VERTEX: u64 = 32;
+const BYTES_PER_CORNER: u64 = 8;
+const BYTES_PER_PRIMITIVE: u64 = 1024;
+
+/// Makes sure that all surfaces of an asset fit the limit before any is read: primitives and morph
+/// targets may share accessors, and a few bytes more in the document are then as many vertices once
+/// more.
+///
+/// # Errors
+/// [`Error::Invalid`] with the primitive that is too much, or the accessor that is malformed.
+pub(crate) fn check_size(asset: &Asset, limit: MemoryLimit) -> Result<()> {
+    let mut budget = Budget::of(limit);
+    for mesh in 0..asset.count("meshes") {
+        for primitive in Primitive::of_mesh(asset, mesh)?.iter().filter(|p| p.is_surface()) {
+            let mut bytes = BYTES_PER_PRIMITIVE;
+            let carried = primitive.attributes.iter().chain(primitive.targets.iter().flatten());
+            for (name, accessor) in carried {
+                let [count, own] = accessor::measure(asset, *accessor)?;
+                let vertices = if name == "POSITION" { count * BYTES_PER_VERTEX } else { 0 };
+                bytes = bytes.saturating_add(own).saturating_add(vertices);
+            }
+            if let Some(indices) = primitive.indices {
+                let [count, _] = accessor::measure(asset, indices)?;
+                bytes = bytes.saturating_add(count * BYTES_PER_CORNER);
+            }
+            let taken = budget.take("all vertices and triangles", bytes);
+            taken.map_err(|what| Error::invalid(&primitive.at, what))?;
+        }
+    }
+    Ok(())
+}
+
 /// The union of what the primitives' vertices carry for the metric.
 fn layout(asset: &Asset, primitives: &[Primitive]) -> Result<Layout> {
     let mut layout = Layout::default();
@@ -84,7 +119,7 @@ fn layout(asset: &Asset, primitives: &[Primitive]) -> Result<Layout> {
         layout.normal |= has("NORMAL");
         if let Some(index) = primitive.accessor("COLOR_0") {
             let at = format!("{}/attributes/COLOR_0", primitive.at);
-            let components = crate::accessor::read(asset, index, &at)?.components;
+            let components = accessor::read(asset, index, &at)?.components;
             if components != 3 && components != 4 {
                 return Err(Error::invalid(at, "a color must have three or four components"));
             }

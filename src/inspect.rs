@@ -10,7 +10,7 @@ use crate::asset::Asset;
 use crate::atlas::{Atlas, atlases};
 use crate::charts::Reads;
 use crate::error::{Error, Result};
-use crate::geometry::Geometry;
+use crate::geometry::{Geometry, check_size};
 use crate::images::decode;
 use crate::limit::MemoryLimit;
 
@@ -90,12 +90,14 @@ pub struct MipReport {
     pub invalid_after: usize,
 }
 
-/// Looks an asset over; decoding one of its images may take as much memory as `limit`.
+/// Looks an asset over; decoding one of its images, and all its vertices, may each take as much memory
+/// as `limit`.
 /// `footprint` is what counts as read.
 ///
 /// # Errors
 /// [`Error::Invalid`] or [`Error::Unsupported`] with the place in the document.
 pub fn inspect(asset: &Asset, limit: MemoryLimit, footprint: Footprint) -> Result<Inspection> {
+    check_size(asset, limit)?;
     let meshes: Vec<Option<MeshReport>> = (0..asset.count("meshes"))
         .into_par_iter()
         .map(|mesh| Ok(Geometry::read(asset, &[mesh])?.map(|g| inspect_mesh(asset, &g))))

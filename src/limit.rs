@@ -1,4 +1,5 @@
-//! How much memory an image from a file may take: a few bytes can claim any number of texels.
+//! How much memory a file may make its reader take: a few bytes can claim any number of texels, or
+//! name the same vertices again and again.
 
 use std::fmt;
 use std::fs::File;
@@ -23,7 +24,9 @@ const UNITS: [(&str, u64); 9] = [
     ("B", 1),
 ];
 
-/// Most memory that decoding one image may take, with what its decoder works in.
+/// Most memory that decoding one image may take, with what its decoder works in; and what all buffers
+/// and image files of an asset, its decompressed geometry, its vertices and those of its scene may
+/// each take together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MemoryLimit {
     bytes: u64,
@@ -103,6 +106,33 @@ impl MemoryLimit {
     }
 }
 
+/// What is left of a limit that several things share.
+#[derive(Debug)]
+pub(crate) struct Budget {
+    left: u64,
+    limit: MemoryLimit,
+}
+
+impl Budget {
+    /// All of a limit.
+    pub(crate) fn of(limit: MemoryLimit) -> Self {
+        Self { left: limit.bytes, limit }
+    }
+
+    /// What is left, in bytes.
+    #[cfg(feature = "draco")]
+    pub(crate) fn left(&self) -> u64 {
+        self.left
+    }
+
+    /// Takes `bytes` for `things`; says that they are too much if they are.
+    pub(crate) fn take(&mut self, things: &str, bytes: u64) -> std::result::Result<(), String> {
+        let left = self.left.checked_sub(bytes);
+        self.left = left.ok_or_else(|| format!("{things} take {}", self.limit.exceeded()))?;
+        Ok(())
+    }
+}
+
 /// How many times the bytes of its result a decoder takes: coefficients of a progressive JPEG are
 /// twice as large as its texels, a WebP is decoded with alpha and in planes, a TIFF to a copy.
 const fn copies(format: ImageFormat) -> u64 {
@@ -160,6 +190,16 @@ mod tests {
         for text in ["", "GB", "0", "0GB", "-1GB", "1.5GB", "8GBs", "8 XB", "99999999999TB"] {
             assert!(read(text).is_err(), "{text}");
         }
+    }
+
+    #[test]
+    fn a_budget_is_shared_to_its_last_byte() {
+        let mut budget = Budget::of(MemoryLimit::of_bytes(10));
+        assert_eq!(budget.take("all views", 6), Ok(()));
+        assert_eq!(budget.take("all views", 4), Ok(()));
+        let what = budget.take("all views", 1).unwrap_err();
+        assert!(what.starts_with("all views take more than the limit of 10B"), "{what}");
+        assert!(budget.take("all views", u64::MAX).is_err() && budget.take("", 0).is_ok());
     }
 
     #[test]

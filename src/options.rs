@@ -32,13 +32,15 @@ pub struct BakeOptions {
     pub screen: Screen,
     /// Whether a page with charts and pictures is written.
     pub report: Option<ReportOptions>,
-    /// Most memory that decoding one image, or all compressed geometry, may take.
+    /// Most memory that each of these may take: decoding one image; all buffers and image files; all
+    /// geometry that is decompressed; all vertices, and all of the scene with its instances.
     pub memory_limit: MemoryLimit,
-    /// How long a bake may take; asked between its steps, of which the longest is one level.
+    /// How long a bake may take, if not as long as it likes. It is looked at between steps, so a bake
+    /// ends late by one at most, and writes nothing.
     pub time_limit: Option<Duration>,
     /// Whether image files may be missing: they are measured as white or flat, and stay named.
     pub allow_missing: bool,
-    /// Whether the asset may name files outside of its folder.
+    /// Whether an asset may name files outside its folder; see [`ReadOptions::allow_outside`].
     pub allow_outside: bool,
     /// In which files the levels are written, and how.
     pub output: OutputOptions,

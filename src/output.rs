@@ -1,7 +1,6 @@
 //! Documents as files: what each is called, and in which form it is written.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, percent_decode_str, utf8_percent_encode};
@@ -100,14 +99,6 @@ impl OutputOptions {
         let document = (format!("{name}.gltf"), json_bytes(&joined)?);
         Ok(vec![document, (bin, joined.buffers.into_iter().next().unwrap_or_default())])
     }
-}
-
-/// The files beside a document that it names.
-pub(crate) fn named_files(json: &Value, folder: &Path) -> Vec<PathBuf> {
-    let lists = ["buffers", "images"].into_iter().filter_map(|list| json.get(list)?.as_array());
-    let uris = lists.flatten().filter_map(|own| own.get("uri")?.as_str());
-    let paths = uris.filter(|uri| !uri.starts_with("data:"));
-    paths.map(|uri| folder.join(percent_decode_str(uri).decode_utf8_lossy().as_ref())).collect()
 }
 
 fn uri(path: &str) -> String {

@@ -1,5 +1,9 @@
-//! Progress bars on a terminal's standard error, and nothing anywhere else; and the end of the time that
-//! a job may take.
+//! Progress bars on a terminal's standard error, and nothing anywhere else; and when there is to be no
+//! more of it.
+//!
+//! A bake may be given a time. It is looked at between stages and, within one, before each surface
+//! or level: what is under way is ended first, so a bake ends late by a step at most, and every
+//! file is still written or none.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread::Thread;
@@ -15,8 +19,14 @@ pub struct Progress {
     bars: MultiProgress,
     /// The bar that all stages of one file share.
     file: Option<ProgressBar>,
-    /// When the job started, and how long it may take.
-    limit: Option<(Instant, Duration)>,
+    deadline: Option<Deadline>,
+}
+
+/// When a time is over, and how long it was.
+#[derive(Clone, Copy, Debug)]
+struct Deadline {
+    end: Instant,
+    limit: Duration,
 }
 
 /// A stage of its own.
@@ -40,13 +50,37 @@ impl Drop for End<'_> {
 impl Progress {
     /// On standard error, if that is a terminal.
     pub fn terminal() -> Self {
-        Self { bars: MultiProgress::new(), file: None, limit: None }
+        Self { bars: MultiProgress::new(), file: None, deadline: None }
     }
 
     /// Nowhere.
     pub fn hidden() -> Self {
         let bars = MultiProgress::with_draw_target(ProgressDrawTarget::hidden());
-        Self { bars, file: None, limit: None }
+        Self { bars, file: None, deadline: None }
+    }
+
+    /// The same with a time from now on, if there is one.
+    pub(crate) fn limited(&self, limit: Option<Duration>) -> Self {
+        let end = |limit| Some(Deadline { end: Instant::now().checked_add(limit)?, limit });
+        Self { deadline: limit.and_then(end), ..self.clone() }
+    }
+
+    /// The same, shown nowhere.
+    pub(crate) fn unseen(&self) -> Self {
+        Self { deadline: self.deadline, ..Self::hidden() }
+    }
+
+    /// Makes sure that there is time left; `stage` is what it would be for, or was.
+    ///
+    /// # Errors
+    /// [`Error::Time`] with the stage.
+    pub(crate) fn check(&self, stage: &str) -> Result<()> {
+        match self.deadline {
+            Some(Deadline { end, limit }) if Instant::now() >= end => {
+                Err(Error::Time { stage: stage.to_owned(), limit })
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Runs a stage that does `total` steps and counts them on the counter it is given.
@@ -87,22 +121,6 @@ impl Progress {
         result
     }
 
-    /// The same for a job that starts now and may take so long.
-    pub fn within(&self, limit: Option<Duration>) -> Self {
-        Self { limit: limit.map(|limit| (Instant::now(), limit)), ..self.clone() }
-    }
-
-    /// Whether a job may go on. Long work asks between its steps.
-    ///
-    /// # Errors
-    /// [`Error::TimeLimit`] if its time is over.
-    pub fn check(&self) -> Result<()> {
-        match self.limit {
-            Some((start, limit)) if start.elapsed() >= limit => Err(Error::TimeLimit { limit }),
-            _ => Ok(()),
-        }
-    }
-
     /// Runs what prints, with no bar in its way.
     pub fn suspend<T>(&self, print: impl FnOnce() -> T) -> T {
         self.bars.suspend(print)
@@ -127,15 +145,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_job_ends_with_its_time_and_others_go_on() {
-        let all = Progress::hidden();
-        let late = all.within(Some(Duration::ZERO));
-        let error = late.check().unwrap_err().to_string();
-        assert_eq!(error, "it was not done within the time limit of 0 s");
-        assert!(late.file("a", Progress::check).is_err());
-        let more = Duration::from_secs(3600);
-        for going in [&all, &all.within(None), &all.within(Some(more))] {
-            assert!(going.check().is_ok());
+    fn time_is_over_at_its_end_and_never_without_one() {
+        let progress = Progress::hidden();
+        assert!(progress.check("read").is_ok());
+        assert!(progress.limited(Some(Duration::MAX)).check("read").is_ok());
+        assert!(progress.limited(Some(Duration::from_secs(3600))).check("read").is_ok());
+        let over = progress.limited(Some(Duration::ZERO));
+        for over in [over.unseen(), over.file("a.glb", Progress::clone), over] {
+            let said = over.check("simplify").unwrap_err().to_string();
+            assert!(said.contains("`simplify`") && said.contains("--time-limit"), "{said}");
+            assert!(over.limited(None).check("simplify").is_ok());
         }
     }
 }

@@ -3,16 +3,15 @@
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-use base64::Engine;
 use gltf::json;
 use serde_json::Value;
 
 use crate::asset::{Asset, EncodedImage, ImageFormat};
 use crate::compression;
 use crate::error::{Error, Result};
-use crate::folder::Folder;
 use crate::formats::Format;
-use crate::limit::MemoryLimit;
+use crate::limit::{Budget, MemoryLimit};
+use crate::reach::{Reach, Resource};
 
 /// Required extensions that leave geometry and textures as core glTF has them, that the accessor
 /// layer reads, or that are made plain at reading.
@@ -39,12 +38,20 @@ const GLB_HEADERS: usize = 20;
 /// What reading may take, and what it puts up with.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ReadOptions {
-    /// Most memory that compressed geometry may take when it is decoded.
+    /// Most memory that all buffers may take, all image files, and all geometry that is decompressed.
     pub memory_limit: MemoryLimit,
     /// Whether image files may be missing; see [`Asset::missing_images`].
     pub allow_missing: bool,
-    /// Whether the asset may name files outside of its folder. Links inside of it are followed.
+    /// Whether the asset may name files outside its folder. Names are judged as they are written: a
+    /// link in the folder is followed wherever it leads.
     pub allow_outside: bool,
+}
+
+impl ReadOptions {
+    /// What files an asset in `folder` may name.
+    pub(crate) fn reach(self, folder: &Path) -> Reach<'_> {
+        Reach { folder, allow_outside: self.allow_outside }
+    }
 }
 
 /// Reads an asset with all its buffers and images.
@@ -62,9 +69,18 @@ pub fn read(path: &Path) -> Result<Asset> {
 /// As [`read`].
 pub fn read_with(path: &Path, options: ReadOptions) -> Result<Asset> {
     let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
+    read_bytes_of(&bytes, path, options)
+}
+
+/// As [`read_with`], of a file whose bytes are at hand: `path` says what format they are in, and which
+/// folder the files are in that it names.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_bytes_of(bytes: &[u8], path: &Path, options: ReadOptions) -> Result<Asset> {
     match Format::of(path) {
-        Some(format) => format.read(&bytes, Folder::of(path, options.allow_outside), options),
-        None => read_bytes_with(&bytes, folder_of(path), options),
+        Some(format) => format.read(bytes, folder_of(path), options),
+        None => read_bytes_with(bytes, folder_of(path), options),
     }
 }
 
@@ -77,7 +93,7 @@ pub fn read_geometry(path: &Path, options: ReadOptions) -> Result<Asset> {
         return read_with(path, ReadOptions { allow_missing: true, ..options });
     }
     let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
-    read_document(&bytes, Folder::of(path, options.allow_outside), options)
+    read_document(&bytes, folder_of(path), options)
 }
 
 /// Where the files that a document names are.
@@ -98,24 +114,29 @@ pub fn read_bytes(bytes: &[u8], folder: &Path) -> Result<Asset> {
 /// # Errors
 /// As [`read`].
 pub fn read_bytes_with(bytes: &[u8], folder: &Path, options: ReadOptions) -> Result<Asset> {
-    let folder = Folder::new(folder, options.allow_outside);
     let mut asset = read_document(bytes, folder, options)?;
+    let mut budget = Budget::of(options.memory_limit);
     for index in 0..asset.count("images") {
         let image = read_image(&asset, index, folder, options)?;
+        let fault = |what| Error::invalid(format!("/images/{index}"), what);
+        budget.take("all image files", image.bytes.len() as u64).map_err(fault)?;
         asset.images.push(image);
     }
     Ok(asset)
 }
 
 /// Reads the document and its buffers, and makes plain what is compressed in them.
-fn read_document(bytes: &[u8], folder: Folder<'_>, options: ReadOptions) -> Result<Asset> {
+fn read_document(bytes: &[u8], folder: &Path, options: ReadOptions) -> Result<Asset> {
     let (json, chunk) = parse(bytes)?;
     check_version(&json)?;
     check_shape(&json)?;
     check_extensions(&json)?;
     let mut asset = Asset { json, buffers: Vec::new(), images: Vec::new() };
+    let mut budget = Budget::of(options.memory_limit);
     for index in 0..asset.count("buffers") {
-        let buffer = read_buffer(&asset, index, chunk.as_deref(), folder)?;
+        let buffer = read_buffer(&asset, index, chunk.as_deref(), options.reach(folder))?;
+        let fault = |what| Error::invalid(format!("/buffers/{index}"), what);
+        budget.take("all buffers", buffer.len() as u64).map_err(fault)?;
         asset.buffers.push(buffer);
     }
     compression::expand(&mut asset, options.memory_limit)?;
@@ -141,19 +162,20 @@ fn parse(bytes: &[u8]) -> Result<(Value, Option<Cow<'_, [u8]>>)> {
     Ok((json, chunk))
 }
 
-/// The other files that an asset's file names, as far as it can be read and they may be; `bytes` are
-/// its own.
+/// The other files that an asset's file names and may, as far as it can be read; `bytes` are its own.
 pub(crate) fn named_files(path: &Path, bytes: &[u8], allow_outside: bool) -> Vec<PathBuf> {
-    let folder = Folder::of(path, allow_outside);
+    let reach = Reach { folder: folder_of(path), allow_outside };
     if let Some(format) = Format::of(path) {
-        return format.named_files(bytes, folder);
+        return format.named_files(bytes, reach);
     }
-    let Ok((json, _)) = parse(bytes) else {
-        return Vec::new();
-    };
+    parse(bytes).map_or(Vec::new(), |(json, _)| document_files(&json, reach))
+}
+
+/// The files that a document names and may.
+pub(crate) fn document_files(json: &Value, reach: Reach<'_>) -> Vec<PathBuf> {
     let list = |name: &str| json.get(name).and_then(Value::as_array).into_iter().flatten();
     let uris = list("buffers").chain(list("images")).filter_map(|object| object["uri"].as_str());
-    let file = |uri| match Resource::of(uri, "", folder) {
+    let file = |uri| match Resource::of(uri, "", reach) {
         Ok(Resource::File(path)) => Some(path),
         _ => None,
     };
@@ -248,12 +270,12 @@ fn read_buffer(
     asset: &Asset,
     index: usize,
     chunk: Option<&[u8]>,
-    folder: Folder<'_>,
+    reach: Reach<'_>,
 ) -> Result<Vec<u8>> {
     let at = format!("/buffers/{index}");
     let buffer: json::Buffer = asset.parse(&at)?;
     let mut bytes = match (&buffer.uri, chunk) {
-        (Some(uri), _) => Resource::of(uri, &at, folder)?.read(&at)?,
+        (Some(uri), _) => Resource::of(uri, &at, reach)?.read(&at)?,
         (None, Some(chunk)) if index == 0 => chunk.to_vec(),
         (None, _) if compression::is_fallback(&asset.json["buffers"][index]) => {
             return Ok(Vec::new());
@@ -272,14 +294,14 @@ fn read_buffer(
 fn read_image(
     asset: &Asset,
     index: usize,
-    folder: Folder<'_>,
+    folder: &Path,
     options: ReadOptions,
 ) -> Result<EncodedImage> {
     let at = format!("/images/{index}");
     let uri = asset.json.pointer(&at).and_then(|image| image.get("uri")).and_then(Value::as_str);
     let bytes = match (uri, asset.reference(&at, "bufferView", "bufferViews")?) {
         (Some(uri), _) => {
-            let resource = Resource::of(uri, &at, folder)?;
+            let resource = Resource::of(uri, &at, options.reach(folder))?;
             if options.allow_missing && resource.is_missing() {
                 return Ok(EncodedImage::missing());
             }
@@ -294,50 +316,6 @@ fn read_image(
         what: format!("{at}: an image that is no PNG, JPEG, WebP or KTX2"),
     })?;
     Ok(EncodedImage { bytes: bytes.into(), format })
-}
-
-/// What a URI names.
-enum Resource {
-    /// Bytes in the URI itself.
-    Data(Vec<u8>),
-    /// A file in the asset's folder.
-    File(PathBuf),
-}
-
-impl Resource {
-    fn of(uri: &str, at: &str, folder: Folder<'_>) -> Result<Self> {
-        let at = || format!("{at}/uri");
-        if let Some(data) = uri.strip_prefix("data:") {
-            let Some((_, data)) = data.split_once(";base64,") else {
-                let what = format!("{}: a data URI without base64", at());
-                return Err(Error::Unsupported { what });
-            };
-            let data = base64::engine::general_purpose::STANDARD.decode(data);
-            return data.map(Self::Data).map_err(|error| Error::invalid(at(), error.to_string()));
-        }
-        if uri.contains("://") {
-            return Err(Error::Unsupported { what: format!("{}: fetching {uri}", at()) });
-        }
-        let name = percent_encoding::percent_decode_str(uri)
-            .decode_utf8()
-            .map_err(|_| Error::invalid(at(), "its file name is not UTF-8"))?;
-        folder.file(&name).map(Self::File).map_err(|what| Error::invalid(at(), what))
-    }
-
-    /// Whether it is a file that is certainly not there.
-    fn is_missing(&self) -> bool {
-        matches!(self, Self::File(path) if path.try_exists().is_ok_and(|exists| !exists))
-    }
-
-    /// Its bytes; `at` is the object that names it.
-    fn read(self, at: &str) -> Result<Vec<u8>> {
-        let path = match self {
-            Self::Data(bytes) => return Ok(bytes),
-            Self::File(path) => path,
-        };
-        let fault = |error| format!("{} can't be read: {error}", path.display());
-        std::fs::read(&path).map_err(|error| Error::invalid(format!("{at}/uri"), fault(error)))
-    }
 }
 
 #[cfg(test)]

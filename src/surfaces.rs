@@ -11,15 +11,17 @@ use seamwise_attr::{Mesh, PointId, border_edges};
 
 use crate::asset::Asset;
 use crate::error::{Error, Result};
-use crate::geometry::{Geometry, Part, is_motion};
+use crate::geometry::{Geometry, Part, check_size, is_motion};
+use crate::limit::MemoryLimit;
 use crate::nodes::world_nodes;
 use crate::seams::{Point, point};
 
 /// Every surface of an asset, welded, in the order of their first meshes.
 ///
 /// # Errors
-/// [`Error::Invalid`] if there is none, or one can't be read.
-pub fn weld_all(asset: &Asset) -> Result<Vec<Geometry>> {
+/// [`Error::Invalid`] if there is none, one can't be read, or all take more memory than `limit`.
+pub fn weld_all(asset: &Asset, limit: MemoryLimit) -> Result<Vec<Geometry>> {
+    check_size(asset, limit)?;
     let meshes = 0..asset.count("meshes");
     let read: Vec<Option<Geometry>> =
         meshes.into_par_iter().map(|mesh| Geometry::read(asset, &[mesh])).collect::<Result<_>>()?;
@@ -144,7 +146,7 @@ mod tests {
     }
 
     fn meshes(nodes: &Value) -> Vec<Vec<usize>> {
-        let surfaces = weld_all(&tiles(nodes)).unwrap();
+        let surfaces = weld_all(&tiles(nodes), MemoryLimit::default()).unwrap();
         surfaces.into_iter().map(|geometry| geometry.meshes).collect()
     }
 
@@ -152,7 +154,7 @@ mod tests {
     fn tiles_with_a_common_border_are_one_surface() {
         let nodes =
             json!([{"mesh": 0, "translation": [5, 0, 0]}, {"mesh": 1, "translation": [5, 0, 0]}]);
-        let surfaces = weld_all(&tiles(&nodes)).unwrap();
+        let surfaces = weld_all(&tiles(&nodes), MemoryLimit::default()).unwrap();
         assert_eq!(surfaces.len(), 1);
         assert_eq!(surfaces[0].meshes, [0, 1]);
         assert_eq!(surfaces[0].welded.mesh.positions.len(), 6);
@@ -169,6 +171,6 @@ mod tests {
         }
         let mut asset = tiles(&json!([{"mesh": 0}, {"mesh": 1}]));
         asset.json["animations"] = json!([{"channels": []}]);
-        assert_eq!(weld_all(&asset).unwrap().len(), 2);
+        assert_eq!(weld_all(&asset, MemoryLimit::default()).unwrap().len(), 2);
     }
 }

@@ -240,19 +240,3 @@ fn a_batch_that_can_do_nothing_ends_with_two() {
         );
     }
 }
-
-#[test]
-fn an_input_that_takes_too_long_is_given_up_with_nothing_written() {
-    let stage = stage(2, &[]);
-    let output = run(stage.path(), &["in", "-o", "out", "--time-limit", "1e-9"]);
-    assert_eq!(output.status.code(), Some(2));
-    let limit = "it was not done within the time limit of 0.000000001 s";
-    assert_eq!(stderr(&output).matches(limit).count(), 2, "{}", stderr(&output));
-    assert!(files(&stage.path().join("out")).is_empty());
-    let output = run(stage.path(), &["in", "-o", "out", "--time-limit", "3600"]);
-    assert!(output.status.success(), "{}", stderr(&output));
-    for wrong in ["0", "-1", "NaN", "1e300", "a day"] {
-        let output = run(stage.path(), &["in", "-o", "out", &format!("--time-limit={wrong}")]);
-        assert!(stderr(&output).contains("is no number of seconds above 0"), "{wrong}");
-    }
-}

@@ -47,14 +47,11 @@ pub(crate) struct Common {
     /// Say nothing but errors.
     #[arg(long, short, global = true)]
     pub(crate) quiet: bool,
-    /// Most memory that decoding one image, or all compressed geometry, may take, as 512MiB or 8GB:
-    /// a small file can claim any size.
+    /// Most memory, as 512MiB or 8GB, that each of these may take: decoding one image; all buffers and
+    /// image files; all decompressed geometry; all vertices, and all of the scene with its instances.
+    /// A small file can claim any size.
     #[arg(long, global = true, default_value_t, value_name = "SIZE")]
     pub(crate) memory_limit: MemoryLimit,
-    /// Read files outside of an asset's folder, too, where it names them. Without it an asset that
-    /// does is refused: one from elsewhere could name any file of this machine.
-    #[arg(long, global = true)]
-    pub(crate) allow_outside: bool,
 }
 
 /// The jobs.
@@ -107,10 +104,6 @@ pub(crate) struct BakeArgs {
     fast: bool,
     #[command(flatten)]
     textures: TextureArgs,
-    /// Give an input up when it takes longer than so many seconds, with nothing written of it. Asked
-    /// between steps, of which the longest is one level; other inputs go on.
-    #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
-    time_limit: Option<Duration>,
     /// Do not measure the levels.
     #[arg(long)]
     no_evaluate: bool,
@@ -126,6 +119,10 @@ pub(crate) struct BakeArgs {
     /// Write a page with charts and pictures.
     #[arg(long)]
     report: bool,
+    /// Give an input up after so many seconds, with nothing written. It is looked at between steps, so
+    /// that an input may take longer by one.
+    #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
+    time_limit: Option<Duration>,
     /// Bake once more on 1, 2, … threads each, and show on the page how the time falls.
     #[arg(long, requires = "report")]
     threads_report: bool,
@@ -155,12 +152,24 @@ pub(crate) struct ReadingArgs {
     /// white, or flat for normals. What is written still names them, to be put beside it.
     #[arg(long)]
     allow_missing: bool,
+    #[command(flatten)]
+    outside: OutsideArgs,
+}
+
+/// Which files an asset may name.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct OutsideArgs {
+    /// Read files that an asset names outside its own folder: by absolute paths, file URIs or `..`.
+    /// Whoever made the asset chose these names, and what they lead to may end up in the output.
+    #[arg(long)]
+    pub(crate) allow_outside: bool,
 }
 
 impl ReadingArgs {
     /// What these arguments mean.
     pub(crate) fn resolve(&self, common: Common) -> ReadOptions {
-        let Common { memory_limit, allow_outside, .. } = common;
+        let Common { memory_limit, .. } = common;
+        let allow_outside = self.outside.allow_outside;
         ReadOptions { memory_limit, allow_missing: self.allow_missing, allow_outside }
     }
 }
@@ -173,9 +182,9 @@ fn parse_size(text: &str) -> std::result::Result<(u32, u32), String> {
 
 /// Reads a number of seconds above 0.
 fn parse_seconds(text: &str) -> std::result::Result<Duration, String> {
-    let seconds = text.parse().ok().filter(|seconds| *seconds > 0.0);
-    let duration = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
-    duration.ok_or_else(|| format!("{text} is no number of seconds above 0"))
+    let seconds = text.parse().ok().filter(|seconds: &f64| *seconds > 0.0);
+    let limit = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+    limit.ok_or_else(|| format!("{text} is no number of seconds above 0"))
 }
 
 /// Reads a number of pixels above 0.
@@ -217,6 +226,7 @@ impl BakeArgs {
             report: self.report.then_some(ReportOptions { threads: self.threads_report }),
             time_limit: self.time_limit,
             allow_missing: self.reading.allow_missing,
+            allow_outside: self.reading.outside.allow_outside,
             output: self.files.resolve(),
             ..BakeOptions::default()
         })

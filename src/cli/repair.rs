@@ -8,6 +8,8 @@ use seamwise::images::Encoding;
 use seamwise::repair::{Background, MeshOptions, RepairOptions};
 use seamwise_texture::{Footprint, Role, equalize};
 
+use super::OutsideArgs;
+
 /// `seamwise repair`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  \
@@ -83,6 +85,8 @@ pub(crate) struct RepairArgs {
     /// format of the output's extension.
     #[arg(long)]
     png: bool,
+    #[command(flatten)]
+    outside: OutsideArgs,
 }
 
 /// What counts as a read.
@@ -139,6 +143,7 @@ impl RepairArgs {
             keep_padding: self.keep_padding.into(),
             equalize: self.equalize_seams.then(equalize::Options::default),
             encoding: Encoding { quality: self.quality, png: self.png },
+            allow_outside: self.outside.allow_outside,
             ..RepairOptions::default()
         }
     }

@@ -22,7 +22,7 @@ use crate::accessor::{self, Elements};
 use crate::asset::Asset;
 use crate::error::{Error, Result};
 use crate::extensions::{remove_extension, unlist_extension};
-use crate::limit::MemoryLimit;
+use crate::limit::{Budget, MemoryLimit};
 use crate::pack::{aligned, bounds};
 
 /// The extension.
@@ -51,10 +51,10 @@ struct Stream {
 /// # Errors
 /// [`Error::Invalid`] with the primitive.
 pub(super) fn expand(asset: &mut Asset, limit: MemoryLimit) -> Result<()> {
-    let mut left = limit.bytes();
+    let mut budget = Budget::of(limit);
     for (view, stream) in streams(asset)? {
         let fault = |what: String| Error::invalid(&stream.at, what);
-        let mesh = decode(asset.view(view)?.0, left).map_err(fault)?;
+        let mesh = decode(asset.view(view)?.0, budget.left()).map_err(fault)?;
         let mut slot = Some(view);
         for (&accessor, &part) in &stream.parts {
             let at = format!("/accessors/{accessor}");
@@ -62,9 +62,7 @@ pub(super) fn expand(asset: &mut Asset, limit: MemoryLimit) -> Result<()> {
             let empty = accessor::without_elements(asset, &at)?;
             let elements = elements(&mesh, part, empty).map_err(fault)?;
             let size = elements.bytes.len() as u64;
-            left = left
-                .checked_sub(size)
-                .ok_or_else(|| fault(format!("decoded primitives take {}", limit.exceeded())))?;
+            budget.take("decoded primitives", size).map_err(fault)?;
             fill(asset, [accessor, view], slot.take(), &elements, part)?;
         }
     }

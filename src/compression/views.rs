@@ -19,7 +19,7 @@ use super::stream::Stream;
 use crate::asset::Asset;
 use crate::error::{Error, Result};
 use crate::extensions::{remove_extension, unlist_extension};
-use crate::limit::MemoryLimit;
+use crate::limit::{Budget, MemoryLimit};
 
 /// The names of the extension.
 const NAMES: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
@@ -41,7 +41,7 @@ pub(crate) fn is_fallback(buffer: &Value) -> bool {
 /// # Errors
 /// [`Error::Invalid`] with the view.
 pub(super) fn expand(asset: &mut Asset, limit: MemoryLimit) -> Result<()> {
-    let mut total = 0;
+    let mut budget = Budget::of(limit);
     for view in 0..asset.count("bufferViews") {
         let view = format!("/bufferViews/{view}");
         let places = NAMES.map(|name| format!("{view}/extensions/{name}"));
@@ -51,10 +51,7 @@ pub(super) fn expand(asset: &mut Asset, limit: MemoryLimit) -> Result<()> {
         let stream: Stream = asset.parse(at)?;
         let fault = |what: String| Error::invalid(at, what);
         let length = length(asset, &view, &stream).map_err(fault)?;
-        total += length as u64;
-        if total > limit.bytes() {
-            return Err(fault(format!("decoded views take {}", limit.exceeded())));
-        }
+        budget.take("decoded views", length as u64).map_err(fault)?;
         let decoded = stream.bytes(asset).and_then(|bytes| stream.decode(bytes)).map_err(fault)?;
         replace(asset, &view, &decoded)?;
     }

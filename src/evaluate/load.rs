@@ -15,7 +15,7 @@ use crate::error::{Error, Result};
 use crate::evaluate::scene::{Alpha, Material, Scene, TextureRef};
 use crate::images::decode;
 use crate::instances::instances;
-use crate::limit::MemoryLimit;
+use crate::limit::{Budget, MemoryLimit};
 use crate::nodes::world_nodes;
 use crate::primitive::Primitive;
 use crate::textures::{TextureSlot, parse_or, slots};
@@ -54,8 +54,11 @@ impl TextureCache {
     }
 }
 
-/// Most vertices of a scene, about 10 GB: a few bytes are enough to show a mesh once more.
-const MOST_VERTICES: usize = 1 << 27;
+/// Bytes that a vertex, a triangle, and a primitive with neither take in a scene: a few in the file are
+/// enough to show a mesh once more.
+const BYTES_PER_VERTEX: u64 = 56;
+const BYTES_PER_TRIANGLE: u64 = 64;
+const BYTES_PER_PRIMITIVE: u64 = 1024;
 
 /// One texel that changes nothing: white, or the surface's own normal.
 fn neutral(role: Role) -> Result<Mips> {
@@ -71,9 +74,11 @@ fn neutral(role: Role) -> Result<Mips> {
 /// at the origin, as its node's transform does not move it (glTF 2.0 §3.7.3.3).
 ///
 /// # Errors
-/// [`Error::Invalid`] with the place in the document.
+/// [`Error::Invalid`] with the place in the document, also if the scene takes more memory than the
+/// limit of `cache`.
 pub fn load(asset: &Asset, cache: &mut TextureCache) -> Result<Scene> {
     let mut scene = Scene::default();
+    let mut budget = Budget::of(cache.limit);
     for material in 0..asset.count("materials") {
         scene.materials.push(load_material(asset, material, cache)?);
     }
@@ -87,8 +92,16 @@ pub fn load(asset: &Asset, cache: &mut TextureCache) -> Result<Scene> {
         let world = if skinned { DMat4::IDENTITY } else { world };
         let instances = instances(asset, &at)?;
         for primitive in Primitive::of_mesh(asset, mesh)?.iter().filter(|p| p.is_surface()) {
+            let soup = Soup::read(asset, primitive)?;
+            let material = primitive.material.unwrap_or(scene.materials.len() - 1);
+            let tangents = soup.corner_tangents(&scene.materials[material])?;
             for instance in &instances {
-                add_primitive(asset, primitive, world * instance, &mut scene)?;
+                let taken = budget.take("the scene with all its instances", soup.bytes());
+                taken.map_err(|what| Error::invalid(&at, what))?;
+                if u32::try_from(scene.positions.len() + soup.positions.len()).is_err() {
+                    return Err(Error::Unsupported { what: "a scene of 2^32 vertices".into() });
+                }
+                soup.place(&tangents, material, world * instance, &mut scene);
             }
         }
     }
@@ -103,47 +116,6 @@ struct Soup {
     colors: Vec<Vec4>,
     triangles: Vec<[u32; 3]>,
     tangents: Option<Vec<Vec4>>,
-}
-
-fn add_primitive(
-    asset: &Asset,
-    primitive: &Primitive,
-    world: DMat4,
-    scene: &mut Scene,
-) -> Result<()> {
-    let soup = Soup::read(asset, primitive)?;
-    if scene.positions.len() + soup.positions.len() > MOST_VERTICES {
-        let what = format!("a scene of more than {MOST_VERTICES} vertices, with all instances");
-        return Err(Error::Unsupported { what });
-    }
-    let material = primitive.material.unwrap_or(scene.materials.len() - 1);
-    let tangents = soup.corner_tangents(&scene.materials[material])?;
-    let mirrored = world.determinant() < 0.0;
-    let linear = Mat3::from_mat4(world.as_mat4());
-    let to_normal = linear.inverse().transpose();
-    let first = scene.positions.len() as u32;
-    let place = |p: &Vec3| world.transform_point3(p.as_dvec3()).as_vec3();
-    scene.positions.extend(soup.positions.iter().map(place));
-    scene.normals.extend(soup.normals.iter().map(|&n| (to_normal * n).normalize_or(Vec3::Z)));
-    for (all, own) in scene.uvs.iter_mut().zip(&soup.uvs) {
-        all.extend(own);
-    }
-    scene.colors.extend(&soup.colors);
-    for (triangle, corners) in soup.triangles.iter().zip(tangents) {
-        let mut triangle = triangle.map(|vertex| vertex + first);
-        let mut corners = corners.map(|t| {
-            let sign = if mirrored { -t.w } else { t.w };
-            (linear * t.truncate()).normalize_or_zero().extend(sign)
-        });
-        if mirrored {
-            triangle.swap(1, 2);
-            corners.swap(1, 2);
-        }
-        scene.triangles.push(triangle);
-        scene.tangents.push(corners);
-        scene.triangle_materials.push(material as u32);
-    }
-    Ok(())
 }
 
 impl Soup {
@@ -175,6 +147,43 @@ impl Soup {
             Some(normals) => Self { normals, ..soup },
             None => soup.flat(),
         })
+    }
+
+    /// What one instance takes in a scene.
+    fn bytes(&self) -> u64 {
+        let [vertices, triangles] = [self.positions.len(), self.triangles.len()];
+        BYTES_PER_PRIMITIVE
+            + BYTES_PER_VERTEX * vertices as u64
+            + BYTES_PER_TRIANGLE * triangles as u64
+    }
+
+    /// Puts one instance into a scene. `tangents`: one per corner of its triangles.
+    fn place(&self, tangents: &[[Vec4; 3]], material: usize, world: DMat4, scene: &mut Scene) {
+        let mirrored = world.determinant() < 0.0;
+        let linear = Mat3::from_mat4(world.as_mat4());
+        let to_normal = linear.inverse().transpose();
+        let first = scene.positions.len() as u32;
+        let place = |p: &Vec3| world.transform_point3(p.as_dvec3()).as_vec3();
+        scene.positions.extend(self.positions.iter().map(place));
+        scene.normals.extend(self.normals.iter().map(|&n| (to_normal * n).normalize_or(Vec3::Z)));
+        for (all, own) in scene.uvs.iter_mut().zip(&self.uvs) {
+            all.extend(own);
+        }
+        scene.colors.extend(&self.colors);
+        for (triangle, corners) in self.triangles.iter().zip(tangents) {
+            let mut triangle = triangle.map(|vertex| vertex + first);
+            let mut corners = corners.map(|t| {
+                let sign = if mirrored { -t.w } else { t.w };
+                (linear * t.truncate()).normalize_or_zero().extend(sign)
+            });
+            if mirrored {
+                triangle.swap(1, 2);
+                corners.swap(1, 2);
+            }
+            scene.triangles.push(triangle);
+            scene.tangents.push(corners);
+            scene.triangle_materials.push(material as u32);
+        }
     }
 
     /// Gives each triangle vertices of its own and its plane's normal, as glTF asks where a file

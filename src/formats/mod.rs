@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 
 use crate::asset::Asset;
 use crate::error::Result;
-use crate::folder::Folder;
+use crate::reach::Reach;
 use crate::read::ReadOptions;
 
 /// Formats other than glTF, known by their extensions.
@@ -51,12 +51,7 @@ impl Format {
     /// [`Error::Invalid`](crate::error::Error::Invalid) with the line, or the byte in a binary file;
     /// [`Error::Unsupported`](crate::error::Error::Unsupported) if it is no surface, or a picture is
     /// of a kind that this version lacks.
-    pub(crate) fn read(
-        self,
-        bytes: &[u8],
-        folder: Folder<'_>,
-        options: ReadOptions,
-    ) -> Result<Asset> {
+    pub(crate) fn read(self, bytes: &[u8], folder: &Path, options: ReadOptions) -> Result<Asset> {
         match self {
             Self::Obj => obj::read(bytes, folder, options),
             Self::Off => off::read(bytes),
@@ -64,12 +59,12 @@ impl Format {
         }
     }
 
-    /// The other files that a file of this format names, as far as it can be read.
-    pub(crate) fn named_files(self, bytes: &[u8], folder: Folder<'_>) -> Vec<PathBuf> {
+    /// The other files that a file of this format names and may, as far as it can be read.
+    pub(crate) fn named_files(self, bytes: &[u8], reach: Reach<'_>) -> Vec<PathBuf> {
         match self {
-            Self::Obj => obj::named_files(bytes, folder),
+            Self::Obj => obj::named_files(bytes, reach),
             Self::Off => Vec::new(),
-            Self::Ply => ply::named_files(bytes, folder),
+            Self::Ply => ply::named_files(bytes, reach),
         }
     }
 }

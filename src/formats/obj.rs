@@ -10,19 +10,19 @@
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::io::ErrorKind;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use rustc_hash::{FxHashMap, FxHashSet};
 use seamwise_texture::color::srgb_to_linear;
 
 use super::document::{Document, Part};
 use super::mtl::{self, Material};
-use super::pictures::Pictures;
+use super::pictures::{Pictures, find};
 use super::polygon::triangulate;
 use super::text::{Line, decode, lines, shorten, words};
 use crate::asset::Asset;
 use crate::error::{Error, Result};
-use crate::folder::{Folder, Found};
+use crate::reach::Reach;
 use crate::read::ReadOptions;
 
 /// Names by which exporters say that faces have no material.
@@ -36,7 +36,7 @@ type Corner = (u32, Option<u32>, Option<u32>);
 /// # Errors
 /// [`Error::Invalid`] with the line, and the file if it is another; [`Error::Unsupported`] if a
 /// picture is of a kind that this version lacks.
-pub(super) fn read(bytes: &[u8], folder: Folder<'_>, options: ReadOptions) -> Result<Asset> {
+pub(super) fn read(bytes: &[u8], folder: &Path, options: ReadOptions) -> Result<Asset> {
     let text = join_lines(decode(bytes));
     let mut reader = Reader::default();
     for line in lines(&text) {
@@ -46,17 +46,17 @@ pub(super) fn read(bytes: &[u8], folder: Folder<'_>, options: ReadOptions) -> Re
 }
 
 /// The material files that an OBJ names, and the pictures that they name.
-pub(super) fn named_files(bytes: &[u8], folder: Folder<'_>) -> Vec<PathBuf> {
+pub(super) fn named_files(bytes: &[u8], reach: Reach<'_>) -> Vec<PathBuf> {
     let text = join_lines(decode(bytes));
     let libraries = lines(&text).map(Line::split).filter(|(key, _)| *key == "mtllib");
     let libraries: BTreeSet<PathBuf> = libraries
-        .flat_map(|(_, rest)| library_files(folder, rest))
-        .filter_map(|own| own.1.ok())
+        .flat_map(|(_, rest)| library_files(reach, rest))
+        .filter_map(|(_, path)| path.ok())
         .collect();
     let read = |path: &PathBuf| mtl::parse(&std::fs::read(path).ok()?, "").ok();
     let materials: Vec<Material> = libraries.iter().filter_map(read).flatten().collect();
     let maps =
-        materials.iter().flat_map(Material::maps).filter_map(|map| folder.find(&map.file).ok());
+        materials.iter().flat_map(Material::maps).filter_map(|map| find(reach, &map.file).ok());
     libraries.iter().cloned().chain(maps).collect()
 }
 
@@ -79,15 +79,15 @@ fn join_lines(text: Cow<'_, str>) -> Cow<'_, str> {
     joined.into()
 }
 
+/// A file's name, and where it is if it may be read.
+type Named = (String, std::result::Result<PathBuf, String>);
+
 /// The files of a `mtllib` line: one whose name may hold spaces, or several.
-fn library_files(folder: Folder<'_>, rest: &str) -> Vec<(String, Found)> {
-    let file = |name: &str| (name.to_owned(), folder.find(name));
+fn library_files(reach: Reach<'_>, rest: &str) -> Vec<Named> {
+    let file = |name: &str| (name.to_owned(), find(reach, name));
     let whole = file(rest);
-    if whole.1.as_ref().is_ok_and(|path| path.is_file()) {
-        vec![whole]
-    } else {
-        rest.split_whitespace().map(file).collect()
-    }
+    let is_there = whole.1.as_ref().is_ok_and(|path| path.is_file());
+    if is_there { vec![whole] } else { rest.split_whitespace().map(file).collect() }
 }
 
 /// A primitive: an object's faces of one material, with or without UVs and normals.
@@ -120,7 +120,7 @@ struct Reader {
 }
 
 impl Reader {
-    fn take(&mut self, line: Line<'_>, folder: Folder<'_>, options: ReadOptions) -> Result<()> {
+    fn take(&mut self, line: Line<'_>, folder: &Path, options: ReadOptions) -> Result<()> {
         let (key, rest) = line.split();
         match key {
             "v" => {
@@ -168,10 +168,10 @@ impl Reader {
         &mut self,
         line: Line<'_>,
         rest: &str,
-        folder: Folder<'_>,
+        folder: &Path,
         options: ReadOptions,
     ) -> Result<()> {
-        for (name, path) in library_files(folder, rest) {
+        for (name, path) in library_files(options.reach(folder), rest) {
             let path = path.map_err(|what| line.error(what))?;
             if !self.libraries.insert(path.clone()) {
                 continue;
@@ -260,7 +260,7 @@ impl Reader {
         })
     }
 
-    fn into_asset(mut self, folder: Folder<'_>, options: ReadOptions) -> Result<Asset> {
+    fn into_asset(mut self, folder: &Path, options: ReadOptions) -> Result<Asset> {
         self.parts.retain(|(_, part, _)| !part.triangles.is_empty());
         if self.parts.is_empty() {
             return Err(Error::Unsupported { what: "an OBJ without faces".into() });

@@ -4,7 +4,7 @@
 //! corners and a picture's number, and the header may name pictures, as MeshLab writes them:
 //! `comment TextureFile NAME`. A cloud of points is refused.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{
@@ -16,11 +16,11 @@ use seamwise_texture::color::srgb_to_linear;
 use serde_json::json;
 
 use super::document::{Document, Part, Vertices};
-use super::pictures::Pictures;
+use super::pictures::{Pictures, find};
 use super::polygon::triangulate;
 use crate::asset::Asset;
 use crate::error::{Error, Result};
-use crate::folder::Folder;
+use crate::reach::Reach;
 use crate::read::ReadOptions;
 
 /// Reads a PLY and its pictures.
@@ -28,7 +28,7 @@ use crate::read::ReadOptions;
 /// # Errors
 /// [`Error::Invalid`] with the line, or the byte of a binary file; [`Error::Unsupported`] if it has
 /// no faces, or a picture is of a kind that this version lacks.
-pub(super) fn read(bytes: &[u8], folder: Folder<'_>, options: ReadOptions) -> Result<Asset> {
+pub(super) fn read(bytes: &[u8], folder: &Path, options: ReadOptions) -> Result<Asset> {
     let mut file = File { reader: Reader::new(bytes), length: bytes.len() };
     let header = Parser::<Skipped>::new().read_header(&mut file.reader);
     let header = header.map_err(|error| file.error(&error, Encoding::Ascii))?;
@@ -58,9 +58,9 @@ pub(super) fn read(bytes: &[u8], folder: Folder<'_>, options: ReadOptions) -> Re
 }
 
 /// The pictures that a PLY names.
-pub(super) fn named_files(bytes: &[u8], folder: Folder<'_>) -> Vec<PathBuf> {
+pub(super) fn named_files(bytes: &[u8], reach: Reach<'_>) -> Vec<PathBuf> {
     let header = Parser::<Skipped>::new().read_header(&mut Reader::new(bytes));
-    let files = |header| texture_files(&header).filter_map(|name| folder.find(name).ok()).collect();
+    let files = |header| texture_files(&header).filter_map(|name| find(reach, name).ok()).collect();
     header.map(files).unwrap_or_default()
 }
 

@@ -68,23 +68,23 @@ pub struct RepairOptions {
     pub equalize: Option<equalize::Options>,
     /// Most memory that decoding one image may take.
     pub memory_limit: MemoryLimit,
-    /// Whether an asset may name files outside of its folder.
+    /// Whether an asset may name files outside its folder; see [`ReadOptions::allow_outside`].
     pub allow_outside: bool,
     /// How images are encoded.
     pub encoding: Encoding,
 }
 
 impl RepairOptions {
+    /// How an asset is read.
+    fn reading(&self) -> ReadOptions {
+        let Self { memory_limit, allow_outside, .. } = *self;
+        ReadOptions { memory_limit, allow_outside, ..ReadOptions::default() }
+    }
+
     /// What of it is for the images of an asset.
     fn for_atlases(&self) -> AtlasOptions {
         let Self { memory_limit, keep_padding, halvings, equalize, .. } = *self;
         AtlasOptions { memory_limit, keep_padding, halvings, equalize }
-    }
-
-    /// How assets are read.
-    pub(super) fn reading(&self) -> ReadOptions {
-        let Self { memory_limit, allow_outside, .. } = *self;
-        ReadOptions { memory_limit, allow_outside, ..ReadOptions::default() }
     }
 }
 

@@ -32,7 +32,7 @@ impl Sources {
         let charts = options.mesh.as_ref().map(|mesh| {
             let vectors = options.role == Some(Role::Normal);
             let equalize = options.equalize.map(|_| vectors);
-            read_charts(mesh, options.reading(), equalize)
+            read_charts(mesh, equalize, options.reading())
                 .map_err(|error| error.in_file(&mesh.file))
         });
         let (charts, seams) = charts.transpose()?.unzip();
@@ -101,8 +101,8 @@ impl Sources {
 /// then tells whether they are those of a normal map.
 fn read_charts(
     options: &MeshOptions,
-    reading: ReadOptions,
     equalize: Option<bool>,
+    reading: ReadOptions,
 ) -> Result<(Charts, Vec<Seam>)> {
     let asset = read_geometry(&options.file, reading)?;
     let mut charts = Charts::default();

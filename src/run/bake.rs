@@ -38,8 +38,8 @@ struct InputReport {
 
 /// Bakes each input; one that fails does not stop the others. Tells how many failed.
 pub(crate) fn bake(args: &BakeArgs, common: Common, progress: &Progress) -> Result<usize> {
-    let Common { quiet, memory_limit, allow_outside } = common;
-    let options = BakeOptions { memory_limit, allow_outside, ..args.resolve()? };
+    let Common { quiet, memory_limit } = common;
+    let options = BakeOptions { memory_limit, ..args.resolve()? };
     if args.inputs.is_empty() {
         let sample = Input::Bytes(include_bytes!("../../data/sample.glb"), "sample");
         let report = bake::bake(sample, &args.output, &options, progress)?;

@@ -30,8 +30,7 @@ pub(crate) use bake::bake;
 
 /// Repairs one file.
 pub(crate) fn repair(args: &RepairArgs, common: Common) -> Result<usize> {
-    let Common { memory_limit, allow_outside, .. } = common;
-    let options = RepairOptions { memory_limit, allow_outside, ..args.resolve() };
+    let options = RepairOptions { memory_limit: common.memory_limit, ..args.resolve() };
     let report = repair_file(&args.input, &args.output, &options)?;
     say(common.quiet, &report.to_table())?;
     if let Some(path) = &args.json {

@@ -290,10 +290,10 @@ impl Stage<'_> {
                 let originals = sheet.originals(self.origin)?;
                 let one = |level: usize| {
                     let (worn, size) = (&self.levels[level], sizes[level]);
+                    self.progress.check("transfer")?;
                     if is_old(&before, level, size) {
                         return Ok(before[level].clone());
                     }
-                    self.progress.check()?;
                     sheet.make(self.origin, &originals, (worn, size), self.options, rows)
                 };
                 let levels: Vec<usize> = (0..self.levels.len()).collect();
