@@ -5,9 +5,8 @@
 //! collapse of all surfaces comes first. So all end where the next collapse costs the same in each: no
 //! other sharing of the same triangles would have a lesser sum, were costs to rise as they do along one
 //! descent (Everett, "Generalized Lagrange multiplier method for solving problems of optimum allocation
-//! of resources", Operations Research 1963). That is
-//! a guide and no guarantee: costs are weighed with texture and shading, and fall where quadrics are
-//! summed anew.
+//! of resources", Operations Research 1963). That is a guide and no guarantee: costs are weighed with
+//! texture and shading, and fall where quadrics are summed anew.
 //!
 //! Each surface goes down in a queue of its own, however large: regions, which large surfaces go down in
 //! when they are alone, are not cut here.
@@ -260,7 +259,7 @@ mod tests {
                 ..shared(&plane, &[1.0])
             },
             Shared {
-                options: Options { max_error: Some(1e-2), ..Options::default() },
+                options: Options { max_error: Some(5e-2), ..Options::default() },
                 ..shared(&ball, &[1.0])
             },
         ];
@@ -269,7 +268,7 @@ mod tests {
         assert_eq!([chains[0][0].stopped, chains[1][0].stopped], [None, None]);
         let stops = [chains[0][1].stopped, chains[1][1].stopped];
         assert_eq!(stops, [Some(Stop::NoLegalCollapse), Some(Stop::ErrorLimit)]);
-        assert!(chains[1][1].error <= 1e-2);
+        assert!(chains[1][1].error <= 5e-2);
     }
 
     #[test]
