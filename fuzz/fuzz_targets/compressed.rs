@@ -41,7 +41,9 @@ fn view(stream: &[u8], [mode, filter, stride]: [u8; 3], count: u16) {
     let views = json!([{"buffer": 0, "byteLength": length, "extensions": {
         "EXT_meshopt_compression": extension}}]);
     let accessor = match (mode, stride) {
-        (0, _) => json!({"bufferView": 0, "componentType": 5120, "count": length / 3, "type": "VEC3"}),
+        (0, _) => {
+            json!({"bufferView": 0, "componentType": 5120, "count": length / 3, "type": "VEC3"})
+        }
         (_, 2) => json!({"bufferView": 0, "componentType": 5123, "count": count, "type": "SCALAR"}),
         _ => json!({"bufferView": 0, "componentType": 5125, "count": count, "type": "SCALAR"}),
     };
@@ -56,8 +58,12 @@ fn view(stream: &[u8], [mode, filter, stride]: [u8; 3], count: u16) {
 /// A mesh in Draco's codec.
 fn primitive(stream: &[u8]) {
     let accessor = |component: u32, shape: &str| json!({"componentType": component, "count": 3, "type": shape});
-    let accessors = json!([accessor(5125, "SCALAR"), accessor(5126, "VEC3"), accessor(5126, "VEC3"),
-        accessor(5126, "VEC2")]);
+    let accessors = json!([
+        accessor(5125, "SCALAR"),
+        accessor(5126, "VEC3"),
+        accessor(5126, "VEC3"),
+        accessor(5126, "VEC2")
+    ]);
     let primitive = json!({
         "attributes": {"POSITION": 1, "NORMAL": 2, "TEXCOORD_0": 3}, "indices": 0,
         "extensions": {"KHR_draco_mesh_compression": {"bufferView": 0, "attributes": {

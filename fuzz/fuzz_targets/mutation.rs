@@ -5,18 +5,64 @@ use serde_json::{Value, json};
 
 /// Numbers that are at an edge of something.
 const NUMBERS: [f64; 14] = [
-    0.0, 1.0, 2.0, 3.0, 4.0, 24.0, 255.0, 65_535.0, 65_536.0, 4_294_967_295.0, 4_294_967_296.0,
-    9.3e18, -1.0, 0.5,
+    0.0,
+    1.0,
+    2.0,
+    3.0,
+    4.0,
+    24.0,
+    255.0,
+    65_535.0,
+    65_536.0,
+    4_294_967_295.0,
+    4_294_967_296.0,
+    9.3e18,
+    -1.0,
+    0.5,
 ];
 
 /// Keys that may stand anywhere.
 const KEYS: [&str; 40] = [
-    "KHR_draco_mesh_compression", "EXT_meshopt_compression", "EXT_mesh_gpu_instancing",
-    "EXT_texture_webp", "KHR_texture_basisu", "KHR_texture_transform", "MSFT_lod", "accessors",
-    "animations", "attributes", "bufferView", "buffers", "byteLength", "byteOffset", "byteStride",
-    "children", "componentType", "count", "extensions", "images", "indices", "joints", "material",
-    "matrix", "mesh", "mode", "normalized", "rotation", "samplers", "scale", "scenes", "skin",
-    "skins", "source", "sparse", "targets", "texCoord", "uri", "values", "weights",
+    "KHR_draco_mesh_compression",
+    "EXT_meshopt_compression",
+    "EXT_mesh_gpu_instancing",
+    "EXT_texture_webp",
+    "KHR_texture_basisu",
+    "KHR_texture_transform",
+    "MSFT_lod",
+    "accessors",
+    "animations",
+    "attributes",
+    "bufferView",
+    "buffers",
+    "byteLength",
+    "byteOffset",
+    "byteStride",
+    "children",
+    "componentType",
+    "count",
+    "extensions",
+    "images",
+    "indices",
+    "joints",
+    "material",
+    "matrix",
+    "mesh",
+    "mode",
+    "normalized",
+    "rotation",
+    "samplers",
+    "scale",
+    "scenes",
+    "skin",
+    "skins",
+    "source",
+    "sparse",
+    "targets",
+    "texCoord",
+    "uri",
+    "values",
+    "weights",
 ];
 
 /// Numbers that follow from a seed (Vigna's splitmix64).
@@ -72,7 +118,9 @@ fn edit(json: &mut Value, random: &mut Random) {
             *own = any[random.below(any.len())].clone();
         }
         (2, Value::Array(list)) if !list.is_empty() => drop(list.remove(random.below(list.len()))),
-        (3, Value::Array(list)) if !list.is_empty() => list.push(list[random.below(list.len())].clone()),
+        (3, Value::Array(list)) if !list.is_empty() => {
+            list.push(list[random.below(list.len())].clone())
+        }
         (2, Value::Object(object)) => {
             let key = object.keys().nth(random.below(object.len())).cloned();
             key.map(|key| object.remove(&key));
@@ -98,9 +146,15 @@ fn places(json: &Value) -> Vec<String> {
         let at = places[next].clone();
         match json.pointer(&at) {
             Some(Value::Object(object)) => {
-                places.extend(object.keys().map(|key| format!("{at}/{}", key.replace('~', "~0").replace('/', "~1"))));
+                places.extend(
+                    object
+                        .keys()
+                        .map(|key| format!("{at}/{}", key.replace('~', "~0").replace('/', "~1"))),
+                );
             }
-            Some(Value::Array(list)) => places.extend((0..list.len()).map(|index| format!("{at}/{index}"))),
+            Some(Value::Array(list)) => {
+                places.extend((0..list.len()).map(|index| format!("{at}/{index}")))
+            }
             _ => {}
         }
         next += 1;
