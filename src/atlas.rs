@@ -12,6 +12,7 @@ use serde_json::Value;
 use crate::asset::{Asset, EncodedImage};
 use crate::charts::{Charts, Reads};
 use crate::error::{Error, Result};
+use crate::geometry::check_size;
 use crate::images::{Encoding, decode, encode_anew};
 use crate::limit::MemoryLimit;
 use crate::primitive::Primitive;
@@ -203,6 +204,7 @@ pub fn repair_all(asset: &Asset, limit: MemoryLimit) -> Result<Vec<ImageRepair>>
 /// # Errors
 /// As [`repair_all`].
 pub fn repair_all_with(asset: &Asset, options: AtlasOptions) -> Result<Vec<ImageRepair>> {
+    check_size(asset, options.memory_limit)?;
     let seams = options.equalize.map(|_| seams_of_images(asset)).transpose()?;
     let repair = |(image, atlas): (usize, Option<Atlas>)| {
         let role = atlas.as_ref().map(|atlas| atlas.role);

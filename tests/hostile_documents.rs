@@ -33,6 +33,7 @@ use seamwise::limit::MemoryLimit;
 use seamwise::options::BakeOptions;
 use seamwise::progress::Progress;
 use seamwise::read::{ReadOptions, read_bytes, read_bytes_of, read_bytes_with, read_with};
+use seamwise::repair::{RepairOptions, repair_bytes};
 use seamwise::report::peak_memory;
 use seamwise::surfaces::weld_all;
 use serde_json::{Value, json};
@@ -90,9 +91,14 @@ fn primitives_of_the_same_vertices_count_each_time() {
     let mut build = Build::new();
     let positions = build.floats(&vec![[0.0; 3]; 10_000]);
     build.mesh(vec![json!({"attributes": {"POSITION": positions}}); 50_000]);
-    let asset = read(&build);
+    let (asset, glb) = (read(&build), build.glb());
     let result = within(60, "primitives", move || weld_all(&asset, LIMIT));
     assert_refused(result, "/meshes/0/primitives/38: ", "all vertices");
+    // A repair has no surface, but charts of the same triangles.
+    let [input, output] = ["in.glb", "out.glb"].map(Path::new);
+    let options = RepairOptions { memory_limit: LIMIT, ..RepairOptions::default() };
+    let result = within(60, "charts", move || repair_bytes(&glb, input, output, &options));
+    assert_refused(result, "in.glb: /meshes/0/primitives/38: ", "all vertices");
 }
 
 #[test]

@@ -13,6 +13,7 @@ use super::{Background, MeshOptions, RepairOptions, WRAP};
 use crate::asset::Asset;
 use crate::charts::{Charts, Reads};
 use crate::error::{Error, Result};
+use crate::geometry::check_size;
 use crate::primitive::Primitive;
 use crate::read::{ReadOptions, read_geometry};
 use crate::seams::Surface;
@@ -105,6 +106,7 @@ fn read_charts(
     reading: ReadOptions,
 ) -> Result<(Charts, Vec<Seam>)> {
     let asset = read_geometry(&options.file, reading)?;
+    check_size(&asset, reading.memory_limit)?;
     let mut charts = Charts::default();
     let mut seams = Vec::new();
     for mesh in chosen_meshes(&asset, options.name.as_deref())? {
