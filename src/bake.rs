@@ -183,7 +183,7 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
         extras.atlases = clock.time(|s| &mut s.report, draw)?;
     }
     let undressed = Undressed { asset: &asset, geometries: &geometries, chains: &chains };
-    let dress = || undressed.dress(textures, options.output.compress);
+    let dress = || undressed.dress(textures, options.output.quantizes());
     let dressed = clock.time(|s| &mut s.write, dress)?;
     let levels = clock.time(|s| &mut s.write, || level_assets(&asset, &dressed))?;
     let mut cache = TextureCache::with_limit(options.memory_limit);

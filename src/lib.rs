@@ -76,6 +76,7 @@ pub mod read;
 pub mod repair;
 pub mod report;
 pub mod seams;
+mod shared;
 mod skin;
 pub mod steering;
 pub mod surfaces;

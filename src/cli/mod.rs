@@ -21,7 +21,8 @@ use seamwise::evaluate::scene::Mode;
 use seamwise::limit::MemoryLimit;
 use seamwise::options::{BakeOptions, ReportOptions, Targets};
 use seamwise::read::ReadOptions;
-use seamwise_attr::Polish;
+use seamwise::steering::Steering;
+use seamwise_attr::{Placement, Polish};
 use steering::SteeringArgs;
 use textures::TextureArgs;
 
@@ -158,7 +159,14 @@ fn parse_tolerance(text: &str) -> std::result::Result<f64, String> {
 impl BakeArgs {
     fn polish(&self) -> Option<Polish> {
         let polish = if self.fast { Polish::FAST } else { Polish::default() };
-        (!self.no_polish).then_some(polish)
+        (!self.no_polish && !self.files.share_vertices).then_some(polish)
+    }
+
+    fn steering(&self) -> Result<Steering> {
+        let steering = self.steering.resolve()?;
+        let is_shared = self.files.share_vertices;
+        let placement = if is_shared { Placement::Ends } else { steering.placement };
+        Ok(Steering { placement, ..steering })
     }
 
     /// What these arguments mean.
@@ -176,14 +184,14 @@ impl BakeArgs {
                 (_, Some(counts)) => Targets::triangles(counts.clone())?,
                 _ => Targets::halves(self.levels.into()),
             },
-            steering: self.steering.resolve()?,
+            steering: self.steering()?,
             polish: self.polish(),
             textures: self.textures.resolve()?,
             evaluate: (!self.no_evaluate).then(evaluate::Options::default),
             screen,
             report: self.report.then_some(ReportOptions { threads: self.threads_report }),
             allow_missing: self.reading.allow_missing,
-            output: self.files.resolve(),
+            output: self.files.resolve()?,
             ..BakeOptions::default()
         })
     }
