@@ -131,6 +131,7 @@ pub fn bake(
         }
         files.push((format!("{stem}.html"), bake_page(&report, &extras)?.into_bytes()));
     }
+    report.files = files.iter().map(|(name, _)| name.clone()).collect();
     let json = report.to_json()?.into_bytes();
     let files: Vec<(PathBuf, Vec<u8>)> =
         files.into_iter().map(|(name, bytes)| (folder.join(name), bytes)).collect();
@@ -205,6 +206,7 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
     let report = BakeReport {
         schema: 1,
         digest: String::new(),
+        files: Vec::new(),
         input: input_report(input, &asset, &geometries),
         screen: options.screen,
         levels: level_reports(&dressed, &chains, &steering, options, measured.as_ref()),
