@@ -66,6 +66,7 @@ pub mod options;
 mod order;
 pub mod output;
 mod pack;
+mod palette;
 pub mod parts;
 pub mod primitive;
 pub mod progress;
