@@ -94,6 +94,23 @@ fn parse(asset: &Asset, at: &str) -> Result<(Json, ComponentType, usize)> {
     Ok((json, component.0, shape.multiplicity()))
 }
 
+/// Bytes that the accessor at a JSON pointer takes in its buffers.
+///
+/// # Errors
+/// [`Error::Invalid`] if it is missing or malformed.
+pub(crate) fn stored_bytes(asset: &Asset, at: &str) -> Result<usize> {
+    let (json, component, components) = parse(asset, at)?;
+    let size = component.size() * components;
+    let times = |count: u64, size: usize| (count as usize).saturating_mul(size);
+    let dense = json.buffer_view.map_or(0, |_| times(json.count.0, size));
+    let Some(sparse) = json.sparse else { return Ok(dense) };
+    let index = match sparse.indices.component_type {
+        Checked::Valid(component) => component.0.size(),
+        Checked::Invalid => 0,
+    };
+    Ok(dense.saturating_add(times(sparse.count.0, index + size)))
+}
+
 /// How the elements of the accessor at a JSON pointer are stored, but none of them.
 ///
 /// # Errors

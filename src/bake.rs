@@ -136,6 +136,7 @@ pub fn bake(
         }
         files.push((format!("{stem}.html"), bake_page(&report, &extras)?.into_bytes()));
     }
+    report.files = files.iter().map(|(name, _)| name.clone()).collect();
     let json = report.to_json()?.into_bytes();
     let files: Vec<(PathBuf, Vec<u8>)> =
         files.into_iter().map(|(name, bytes)| (folder.join(name), bytes)).collect();
@@ -190,7 +191,7 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
         extras.atlases = clock.time("report", |s| &mut s.report, draw)?;
     }
     let undressed = Undressed { asset: &asset, geometries: &geometries, chains: &chains };
-    let dress = || undressed.dress(textures, options.output.compress);
+    let dress = || undressed.dress(textures, options.output.quantizes());
     let dressed = clock.time("write", |s| &mut s.write, dress)?;
     let levels = clock.time("write", |s| &mut s.write, || level_assets(&asset, &dressed))?;
     let mut cache = TextureCache::with_limit(options.memory_limit);
@@ -214,6 +215,7 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
     let report = BakeReport {
         schema: 1,
         digest: String::new(),
+        files: Vec::new(),
         input: input_report(input, &asset, &geometries),
         screen: options.screen,
         levels: level_reports(&dressed, &chains, &steering, options, measured.as_ref()),

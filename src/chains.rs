@@ -31,7 +31,7 @@ pub(crate) fn simplify_all(
     progress.stage("simplify", to_remove, simplify)
 }
 
-fn internal(error: seamwise_attr::Error) -> Error {
+fn internal(error: &seamwise_attr::Error) -> Error {
     Error::Internal { what: error.to_string() }
 }
 
@@ -47,7 +47,7 @@ fn apart(
         progress.check("simplify")?;
         let targets = targets(geometry, &shares);
         simplify_chain(&geometry.welded.mesh, &targets, &steering.options(), removed)
-            .map_err(internal)
+            .map_err(|error| internal(&error))
     };
     geometries.par_iter().zip(steering).map(simplify).collect()
 }
@@ -69,7 +69,7 @@ fn together(
         })
         .collect();
     let counts = options.targets.counts(triangle_count(geometries));
-    simplify_together(&surfaces, &counts, removed).map_err(internal)
+    simplify_together(&surfaces, &counts, removed).map_err(|error| internal(&error))
 }
 
 /// Fits the levels to their surfaces, the surfaces in parallel. `steering` holds what is asked of each.
@@ -86,7 +86,7 @@ pub(crate) fn polish_all(
             |((geometry, levels), steering)| {
                 progress.check("polish")?;
                 polish_chain(&geometry.welded.mesh, levels, &steering.options(), polish, done)
-                    .map_err(internal)
+                    .map_err(|error| internal(&error))
             },
         )
     })

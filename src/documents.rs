@@ -66,8 +66,8 @@ impl Chain<'_> {
         for (level, certificate) in levels.iter_mut().zip(certificates.iter().flatten()) {
             certify(level, certificate.clone());
         }
-        let layout = options.output.layout;
-        if layout != Layout::Apart {
+        let output = options.output;
+        if output.layout != Layout::Apart {
             let sizes = measured.map(|measured| options.screen.largest_sizes(&measured.metrics));
             let coverage = measured.zip(sizes.as_deref()).map(|(measured, sizes)| Coverage {
                 screen: &options.screen,
@@ -75,7 +75,7 @@ impl Chain<'_> {
                 diagonal: measured.diagonal,
             });
             let coverage = coverage.as_ref();
-            let mut all = chain_asset(self.asset, self.levels, self.images, layout, coverage)?;
+            let mut all = chain_asset(self.asset, self.levels, self.images, output, coverage)?;
             if let Some(certificates) = certificates {
                 certify(&mut all, json!({"levels": certificates}));
             }

@@ -13,6 +13,7 @@ use crate::basis;
 use crate::error::{Error, Result};
 use crate::limit::MemoryLimit;
 use crate::metadata::{Metadata, is_animated, jpeg_ends};
+use crate::palette::{has_palette, write_indexed};
 
 /// How some Radiance HDR files begin, which the image crate knows only by their other name.
 pub(crate) const RGBE: &[u8] = b"#?RGBE";
@@ -92,7 +93,8 @@ pub fn encode(image: &DynamicImage, format: ImageFormat) -> Result<EncodedImage>
     encode_with(image, &Metadata::default(), format, Encoding::default())
 }
 
-/// Encodes what an image became, with what else its file holds.
+/// Encodes what an image became, with what else its file holds. A PNG with a palette has one again if
+/// the colors are few enough.
 ///
 /// # Errors
 /// [`Error::Internal`] if the encoder can't take such texels, or the file is damaged.
@@ -109,6 +111,13 @@ pub(crate) fn encode_anew(
             .map_err(|error| Error::Internal { what: error.to_string() })?,
     };
     let format = if encoding.png { ImageFormat::Png } else { original.format };
+    if format == ImageFormat::Png
+        && has_palette(&original.bytes)
+        && let Some(file) = write_indexed(image)
+    {
+        let bytes = with_parts(file, &metadata, image::ImageFormat::Png);
+        return Ok(EncodedImage { bytes: bytes.into(), format });
+    }
     encode_with(image, &metadata, format, encoding)
 }
 
@@ -153,7 +162,12 @@ pub(crate) fn write(
             write_with(encoder, image, metadata, format)
         }
     }?;
-    Ok(if metadata.is_of(format) { metadata.splice(&bytes, format) } else { bytes })
+    Ok(with_parts(bytes, metadata, format))
+}
+
+/// A file that an encoder wrote, with what else it is to hold.
+fn with_parts(file: Vec<u8>, metadata: &Metadata, format: image::ImageFormat) -> Vec<u8> {
+    if metadata.is_of(format) { metadata.splice(&file, format) } else { file }
 }
 
 fn write_with(

@@ -18,11 +18,14 @@ use crate::extensions::name_extension;
 use crate::geometry::{Geometry, Part};
 use crate::layout::{Layout, Shown, add_levels, add_suffix, place_on_grid, push};
 use crate::nodes::world_nodes;
+use crate::output::OutputOptions;
 use crate::pack::Packer;
 use crate::parts::{LevelPart, level_parts};
 use crate::primitive::Primitive;
 use crate::prune::prune;
 use crate::quantize::{Grid, quantize};
+use crate::shared::{Shared, SharedParts};
+use crate::skin::Named;
 
 /// One level of a surface, ready to be written.
 #[derive(Clone, Debug)]
@@ -85,13 +88,17 @@ pub struct DressedLevel<'a> {
 /// [`Error::Invalid`] if the document's meshes are malformed.
 pub fn level_asset(asset: &Asset, level: &DressedLevel<'_>) -> Result<Asset> {
     let DressedLevel { meshes, textures } = level;
-    let mut packer = Packer::new(asset, &replaced_accessors(asset, meshes)?);
+    let is_replaced = |primitive: &Primitive| {
+        let is_own = |level: &&LevelMesh<'_>| level.geometry.meshes.contains(&primitive.mesh);
+        primitive.is_surface() && meshes.iter().find(is_own).is_some_and(|l| l.parts.is_some())
+    };
+    let mut packer = Packer::new(asset, &replaced_accessors(asset, is_replaced)?);
     let materials = dress(&mut packer, textures)?;
     for surface in meshes {
         for &mesh in &surface.geometry.meshes {
             let source = asset.json["meshes"][mesh]["primitives"].clone();
             let own = (surface, mesh);
-            let mut primitives = level_primitives(&mut packer, &source, own, &materials)?;
+            let mut primitives = level_primitives(&mut packer, &source, own, &materials, |_| None)?;
             if primitives.is_empty() {
                 leave_out(packer.json(), mesh);
                 primitives.push(nothing(&mut packer));
@@ -134,7 +141,7 @@ pub struct Coverage<'a> {
 }
 
 /// The asset as it is, its images replaced by `images`, with every level of its meshes beside it, in
-/// the given layout.
+/// the layout that `output` has, and with vertices in common if it says so.
 ///
 /// `levels` holds one entry per level, the finest first, each with the same meshes in the same
 /// order. With `coverage`, each node of an `MSFT_lod` says how much of the screen it must cover for
@@ -146,14 +153,18 @@ pub fn chain_asset(
     asset: &Asset,
     levels: &[DressedLevel<'_>],
     images: &[EncodedImage],
-    layout: Layout,
+    output: OutputOptions,
     coverage: Option<&Coverage<'_>>,
 ) -> Result<Asset> {
-    let mut packer = Packer::new(asset, &[]);
+    let OutputOptions { layout, share_vertices, .. } = output;
+    let shared = share_vertices.then(|| Shared::find(asset, levels)).transpose()?;
+    let shared = shared.unwrap_or_default();
+    let mut packer = Packer::new(asset, &shared.replaced);
     for (index, image) in images.iter().enumerate() {
         packer.set_image(index, image.clone());
     }
-    let shown = add_meshes(&mut packer, asset, levels)?;
+    let shared = shared.write(&mut packer);
+    let shown = add_meshes(&mut packer, asset, levels, &shared)?;
     let worlds: FxHashMap<usize, DMat4> = world_nodes(asset)?.into_iter().collect();
     for node in 0..asset.count("nodes") {
         let Some(mesh) = asset.reference(&format!("/nodes/{node}"), "mesh", "meshes")? else {
@@ -186,6 +197,7 @@ fn add_meshes(
     packer: &mut Packer,
     asset: &Asset,
     levels: &[DressedLevel<'_>],
+    shared: &SharedParts,
 ) -> Result<Vec<Vec<Shown>>> {
     let mut shown = vec![Vec::new(); asset.count("meshes")];
     for (level, DressedLevel { meshes, textures }) in levels.iter().enumerate() {
@@ -193,9 +205,12 @@ fn add_meshes(
         for (surface, &mesh) in
             meshes.iter().flat_map(|s| s.geometry.meshes.iter().map(move |m| (s, m)))
         {
-            let mut json = asset.json["meshes"][mesh].clone();
+            // Not the asset's, which has no part in what is shared.
+            let mut json = packer.json()["meshes"][mesh].clone();
             let own = (surface, mesh);
-            let primitives = level_primitives(packer, &json["primitives"], own, &materials)?;
+            let shared = |index| shared.get(&(level, [mesh, index]));
+            let primitives =
+                level_primitives(packer, &json["primitives"], own, &materials, shared)?;
             let is_left = !primitives.is_empty();
             json["primitives"] = Value::Array(primitives);
             add_suffix(&mut json, level + 1);
@@ -206,15 +221,15 @@ fn add_meshes(
     Ok(shown)
 }
 
-/// The accessors of the surfaces that nothing else in the document refers to.
-fn replaced_accessors(asset: &Asset, meshes: &[LevelMesh<'_>]) -> Result<Vec<usize>> {
+/// The accessors of primitives that are replaced which nothing else in the document refers to.
+pub(crate) fn replaced_accessors(
+    asset: &Asset,
+    is_replaced: impl Fn(&Primitive) -> bool,
+) -> Result<Vec<usize>> {
     let (mut replaced, mut kept) = (BTreeSet::new(), BTreeSet::new());
     for mesh in 0..asset.count("meshes") {
-        let is_own = |level: &&LevelMesh<'_>| level.geometry.meshes.contains(&mesh);
-        let is_replaced = meshes.iter().find(is_own).is_some_and(|level| level.parts.is_some());
         for primitive in Primitive::of_mesh(asset, mesh)? {
-            let used =
-                if is_replaced && primitive.is_surface() { &mut replaced } else { &mut kept };
+            let used = if is_replaced(&primitive) { &mut replaced } else { &mut kept };
             used.extend(primitive.indices);
             used.extend(primitive.attributes.iter().map(|&(_, accessor)| accessor));
             used.extend(primitive.targets.iter().flatten().map(|&(_, accessor)| accessor));
@@ -251,12 +266,13 @@ fn collect_accessors(json: &Value, found: &mut BTreeSet<usize>) {
 
 /// The primitives of a mesh with its surface parts replaced; points and lines stay. None at all if a
 /// surface of several meshes has no triangle left in this one. `materials` tells which the level wears
-/// instead of the source's.
-fn level_primitives(
+/// instead of the source's, `shared` what a part is made of if its vertices are there already.
+fn level_primitives<'a>(
     packer: &mut Packer,
     source: &Value,
     (surface, mesh): (&LevelMesh<'_>, usize),
     materials: &[usize],
+    shared: impl Fn(usize) -> Option<&'a Value>,
 ) -> Result<Vec<Value>> {
     let mut primitives = Vec::new();
     for (index, json) in source.as_array().into_iter().flatten().enumerate() {
@@ -268,7 +284,13 @@ fn level_primitives(
         let mut json = match surface.parts.as_ref().map(|parts| &parts[part]) {
             None => json.clone(),
             Some(None) => continue,
-            Some(Some(part)) => level_primitive(packer, json, part)?,
+            Some(Some(part)) => match shared(index) {
+                Some(geometry) => with_geometry(json, geometry.clone())?,
+                None => {
+                    let geometry = add_geometry(packer, part);
+                    with_geometry(json, geometry)?
+                }
+            },
         };
         change_materials(&mut json, materials);
         primitives.push(json);
@@ -306,23 +328,30 @@ fn nothing(packer: &mut Packer) -> Value {
     json!({"attributes": {"POSITION": packer.add_vertices(&corners, true)}})
 }
 
-fn level_primitive(packer: &mut Packer, source: &Value, part: &LevelPart) -> Result<Value> {
-    let mut json = source.clone();
-    let object = json.as_object_mut().ok_or_else(|| Error::Internal {
-        what: "a primitive that was read is not an object".into(),
-    })?;
-    let mut add_all = |attributes: &[(String, Elements)]| {
-        let add = |(name, elements): &(String, Elements)| {
+/// The accessors of a level's part.
+fn add_geometry(packer: &mut Packer, part: &LevelPart) -> Value {
+    let mut add_all = |attributes: &[Named]| {
+        let add = |(name, elements): &Named| {
             (name.clone(), json!(packer.add_vertices(elements, name == "POSITION")))
         };
         Value::Object(attributes.iter().map(add).collect())
     };
-    object.insert("attributes".into(), add_all(&part.attributes));
+    let mut geometry = json!({"attributes": add_all(&part.attributes)});
     if !part.targets.is_empty() {
-        let targets = part.targets.iter().map(|target| add_all(target)).collect();
-        object.insert("targets".into(), Value::Array(targets));
+        geometry["targets"] = part.targets.iter().map(|target| add_all(target)).collect();
     }
-    object.insert("indices".into(), json!(packer.add_indices(&part.indices)));
+    geometry["indices"] = json!(packer.add_indices(&part.indices));
+    geometry
+}
+
+/// A primitive of the source with a list of triangles of other accessors.
+fn with_geometry(source: &Value, geometry: Value) -> Result<Value> {
+    let mut json = source.clone();
+    let (Some(object), Value::Object(geometry)) = (json.as_object_mut(), geometry) else {
+        let what = "a primitive that was read is not an object".into();
+        return Err(Error::Internal { what });
+    };
+    object.extend(geometry);
     object.shift_remove("mode");
     if let Some(extensions) = object.get_mut("extensions").and_then(Value::as_object_mut) {
         extensions.shift_remove("KHR_draco_mesh_compression");

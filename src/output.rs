@@ -27,19 +27,28 @@ pub enum Format {
 /// How a bake is written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OutputOptions {
-    /// Whether vertices become small integers (`KHR_mesh_quantization`) and geometry is compressed
-    /// (`EXT_meshopt_compression`).
+    /// Whether vertices become small integers (`KHR_mesh_quantization`), unless they are shared, and
+    /// geometry is compressed (`EXT_meshopt_compression`).
     pub compress: bool,
     /// The form of the files.
     pub format: Format,
     /// What the file of all levels is like.
     pub layout: Layout,
+    /// Whether the file of all levels stores vertices once that levels have in common with the source.
+    /// That makes it smaller if levels keep vertices of the source, as they do with
+    /// [`Placement::Ends`](seamwise_attr::Placement::Ends); else they have next to none in common.
+    pub share_vertices: bool,
 }
 
 /// What a URI may hold as it is.
 const PLAIN: &AsciiSet = &NON_ALPHANUMERIC.remove(b'-').remove(b'.').remove(b'_').remove(b'/');
 
 impl OutputOptions {
+    /// Whether vertices become small integers: not if they are to be the source's.
+    pub(crate) fn quantizes(&self) -> bool {
+        self.compress && !self.share_vertices
+    }
+
     /// What documents are called: `<stem>_lod1` and so on, then `<stem>` if there is to be one of all
     /// levels.
     pub(crate) fn names(&self, stem: &str, levels: usize) -> Vec<String> {

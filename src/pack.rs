@@ -86,8 +86,18 @@ impl Packer {
 
     /// Adds vertex data. Elements are padded to four bytes, as glTF 2.0 §3.6.2.4 asks.
     pub(crate) fn add_vertices(&mut self, elements: &Elements, bounds: bool) -> usize {
+        let view = self.add_vertex_view(elements);
+        self.add_elements(view, elements, bounds)
+    }
+
+    /// Adds the bytes of vertex data.
+    pub(crate) fn add_vertex_view(&mut self, elements: &Elements) -> usize {
         let (bytes, stride) = aligned(elements);
-        let view = self.add_view(&bytes, Target::Vertices, stride);
+        self.add_view(&bytes, Target::Vertices, stride)
+    }
+
+    /// Adds the elements at the start of a view.
+    pub(crate) fn add_elements(&mut self, view: usize, elements: &Elements, bounds: bool) -> usize {
         let mut accessor = json!({
             "bufferView": view,
             "componentType": elements.component.as_gl_enum(),
@@ -112,8 +122,8 @@ impl Packer {
 
     /// Adds indices, in 16 bits where they fit; 65,535 itself restarts a primitive.
     pub(crate) fn add_indices(&mut self, indices: &[u32]) -> usize {
-        let narrow = indices.iter().all(|&index| index < 65_535);
-        let (bytes, component): (Vec<u8>, _) = if narrow {
+        let most = indices.iter().copied().max().unwrap_or_default();
+        let (bytes, component): (Vec<u8>, _) = if index_size(most) == 2 {
             let bytes = indices.iter().flat_map(|&index| (index as u16).to_le_bytes());
             (bytes.collect(), ComponentType::U16)
         } else {
@@ -169,6 +179,11 @@ impl Packer {
         quantization::list_if_needed(&mut self.asset.json);
         self.asset
     }
+}
+
+/// Bytes of each index where this is the greatest.
+pub(crate) fn index_size(most: u32) -> usize {
+    if most < 65_535 { 2 } else { 4 }
 }
 
 /// Vertex data as it is stored, elements padded to four bytes; with the stride if there is one.

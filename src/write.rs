@@ -2,8 +2,10 @@
 //! sees half of one.
 
 use std::borrow::Cow;
+use std::fs::TryLockError;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use tempfile::NamedTempFile;
 
@@ -84,6 +86,36 @@ pub(crate) fn write_recorded(
     }
 }
 
+/// What temporary names begin and end with; between is what makes each another.
+const PREFIX: &str = ".seamwise-";
+const SUFFIX: &str = ".tmp";
+/// How long a temporary file must have been left alone to count as left over.
+const LEFT: Duration = Duration::from_secs(60);
+
+/// Removes temporary files of runs that were killed from a folder: files of our names that no process
+/// holds and that nothing was written to for a minute. What can't be removed stays.
+pub(crate) fn remove_leftovers(folder: &Path) {
+    for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let between =
+            name.to_str().and_then(|name| name.strip_prefix(PREFIX)?.strip_suffix(SUFFIX));
+        let is_own = between.is_some_and(|own| {
+            !own.is_empty() && own.chars().all(|character| character.is_ascii_alphanumeric())
+        });
+        if is_own && entry.file_type().is_ok_and(|kind| kind.is_file()) && is_left(&entry.path()) {
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
+}
+
+fn is_left(path: &Path) -> bool {
+    let Ok(file) = std::fs::File::open(path) else { return false };
+    let modified = file.metadata().and_then(|data| data.modified());
+    let age = modified.ok().and_then(|time| time.elapsed().ok());
+    let is_held = matches!(file.try_lock(), Err(TryLockError::WouldBlock));
+    age.is_some_and(|age| age > LEFT) && !is_held
+}
+
 /// Files under temporary names, with those that they are to have.
 type Written<'a> = Vec<(&'a PathBuf, NamedTempFile)>;
 
@@ -103,7 +135,10 @@ fn write_beside(path: &Path, bytes: &[u8]) -> Result<NamedTempFile> {
     let folder = folder.unwrap_or(Path::new("."));
     let attempt = || {
         std::fs::create_dir_all(folder)?;
-        let mut file = NamedTempFile::new_in(folder)?;
+        let mut file =
+            tempfile::Builder::new().prefix(PREFIX).suffix(SUFFIX).tempfile_in(folder)?;
+        // A lock ends with its process, be it killed. Where there are none, age alone tells.
+        let _ = file.as_file().try_lock();
         file.write_all(bytes)?;
         make_readable(file.as_file())?;
         Ok(file)
@@ -165,6 +200,40 @@ mod tests {
         assert!(good.exists() && !record.exists());
         write_recorded(&files[..1], &(record.clone(), b"new".to_vec())).unwrap();
         assert_eq!(std::fs::read(&record).unwrap(), b"new");
+    }
+
+    #[test]
+    fn only_old_files_of_ours_that_nobody_holds_are_left_over() {
+        let folder = tempfile::tempdir().unwrap();
+        let old = std::time::SystemTime::now() - 2 * LEFT;
+        let put = |name: &str, is_old: bool| {
+            let file = std::fs::File::create(folder.path().join(name)).unwrap();
+            if is_old {
+                file.set_modified(old).unwrap();
+            }
+            file
+        };
+        let kept = [
+            ".seamwise-.tmp",
+            ".seamwise-a b.tmp",
+            ".seamwise-held.tmp",
+            ".seamwise-new.tmp",
+            ".tmpAbCdEf",
+            "seamwise-abc.tmp",
+        ];
+        let files = kept.map(|name| put(name, !name.contains("new")));
+        files[2].lock().unwrap();
+        put(".seamwise-Ab3.tmp", true);
+        std::fs::create_dir(folder.path().join(".seamwise-dir.tmp")).unwrap();
+        remove_leftovers(folder.path());
+        let mut names: Vec<String> = std::fs::read_dir(folder.path())
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.retain(|name| !name.contains("dir"));
+        names.sort();
+        assert_eq!(names, kept);
+        remove_leftovers(&folder.path().join("nowhere"));
     }
 
     #[test]

@@ -88,8 +88,9 @@ fn files(folder: &Path) -> Vec<PathBuf> {
         return Vec::new();
     };
     let paths = entries.map(|entry| entry.expect("an entry").path());
-    let named = paths
-        .filter(|path| !path.file_name().expect("a name").to_string_lossy().starts_with(".tmp"));
+    let named = paths.filter(|path| {
+        !path.file_name().expect("a name").to_string_lossy().starts_with(".seamwise-")
+    });
     let below = |path: PathBuf| if path.is_dir() { files(&path) } else { vec![path] };
     let mut all: Vec<PathBuf> = named.flat_map(below).collect();
     all.sort();
@@ -239,4 +240,28 @@ fn a_batch_that_can_do_nothing_ends_with_two() {
             Some(2)
         );
     }
+}
+
+#[test]
+fn a_resumed_run_bakes_again_what_lost_a_texture() {
+    let stage = stage(2, &[]);
+    let arguments = ["in", "-o", "out", "--resume", "--format", "gltf"];
+    let skipped = |folder: &Path| {
+        let output = run(folder, &arguments);
+        assert!(output.status.success(), "{}", stderr(&output));
+        String::from_utf8(output.stdout).expect("UTF-8").lines().last().expect("a line").to_owned()
+    };
+    assert!(skipped(stage.path()).starts_with("2 baked"));
+    assert!(skipped(stage.path()).starts_with("0 baked, 2 skipped"));
+    let is_png = |path: &PathBuf| path.extension().is_some_and(|extension| extension == "png");
+    let all = files(&stage.path().join("out"));
+    let texture = all.iter().find(|path| is_png(path)).expect("a texture");
+    std::fs::remove_file(texture).expect("it goes");
+    // What a run leaves that was killed as it wrote it.
+    let left = texture.with_file_name(".seamwise-a1B2c3.tmp");
+    let old = SystemTime::now() - Duration::from_secs(3600);
+    std::fs::File::create(&left).and_then(|file| file.set_modified(old)).expect("a file");
+    assert!(skipped(stage.path()).starts_with("1 baked, 1 skipped"));
+    assert_eq!(files(&stage.path().join("out")), all);
+    assert!(!left.exists());
 }

@@ -108,6 +108,7 @@ fn the_options_of_the_design_are_there() {
         "--compress",
         "--format",
         "--layout",
+        "--share-vertices",
         "--no-evaluate",
         "--report",
     ] {
@@ -335,6 +336,9 @@ fn a_command_that_makes_no_sense_exits_with_2() {
         "bake a.glb -o out --curvature-weight=-1",
         "bake a.glb -o out --join-distance=-1",
         "bake a.glb -o out --keep-volume --placement ends",
+        "bake a.glb -o out --share-vertices --layout none",
+        "bake a.glb -o out --share-vertices --placement best",
+        "bake a.glb -o out --share-vertices --textures transfer --atlas new",
         "bake a.glb -o out --no-such-option",
     ] {
         let ran = stage.run(&arguments.split_whitespace().collect::<Vec<_>>());

@@ -8,12 +8,15 @@ use common::build::Build;
 use common::output::Output;
 use common::rigs::{Kind, bent_bar};
 use common::{Baked, assets, folder_files, measured, shapes, shared_assets, unmeasured};
+use gltf::Semantic;
 use seamwise::bake::Input;
 use seamwise::evaluate::load::{TextureCache, load};
 use seamwise::evaluate::scene::Scene;
 use seamwise::options::{BakeOptions, Targets};
 use seamwise::output::{Format, Layout, OutputOptions};
 use seamwise::read::read;
+use seamwise::steering::Steering;
+use seamwise_attr::Placement;
 use serde_json::{Value, json};
 
 fn options(output: OutputOptions) -> BakeOptions {
@@ -246,4 +249,83 @@ fn levels_follow_what_moves_their_node() {
     assert_eq!(levels, Some(2), "the levels are beside a child of what moves");
     let plain = Baked::bytes("ball", &build.glb(), &options(OutputOptions::default()));
     assert_eq!(Output::read(&plain.chain_path()).gltf.animations().len(), 1);
+}
+
+/// The corners of each triangle of a mesh: positions, UVs, and joints and weights if there are some,
+/// by their bits, and the triangles in order.
+fn corners(output: &Output, mesh: usize) -> Vec<[Vec<u32>; 3]> {
+    let mesh = output.gltf.meshes().nth(mesh).expect("a mesh");
+    let mut all = Vec::new();
+    for (primitive, part) in mesh.primitives().zip(output.parts(mesh.index())) {
+        let names = [Semantic::TexCoords(0), Semantic::Joints(0), Semantic::Weights(0)];
+        let targets = primitive.morph_targets().filter_map(|target| target.positions());
+        let accessors = names.iter().filter_map(|name| primitive.get(name)).chain(targets);
+        let rows: Vec<Vec<Vec<f32>>> = accessors.map(|accessor| output.rows(&accessor)).collect();
+        for triangle in &part.triangles {
+            let mut own = triangle.map(|vertex| {
+                let rest = rows.iter().flat_map(|rows| rows[vertex as usize].iter().copied());
+                let all = part.positions[vertex as usize].into_iter().chain(rest);
+                all.map(|x| (x + 0.0).to_bits()).collect::<Vec<u32>>()
+            });
+            let least = (0..3).min_by_key(|&corner| own[corner].clone());
+            own.rotate_left(least.unwrap_or_default());
+            all.push(own);
+        }
+    }
+    all.sort();
+    all
+}
+
+/// How many vertices the first primitive of each mesh has, and the view of its positions.
+fn pools(output: &Output) -> Vec<(usize, usize)> {
+    let first = |mesh: gltf::Mesh<'_>| {
+        let primitive = mesh.primitives().next().expect("a primitive");
+        let positions = primitive.get(&Semantic::Positions).expect("positions");
+        (positions.count(), positions.view().expect("bytes").index())
+    };
+    output.gltf.meshes().map(first).collect()
+}
+
+#[test]
+fn shared_vertices_are_stored_once_and_each_level_reads_a_prefix() {
+    let ball = assets::textured(&shapes::sphere(48, 24), &assets::picture(16)).glb();
+    for (name, glb) in [("ball", ball), ("bar", bent_bar(Kind::U8).glb())] {
+        for layout in [Layout::MsftLod, Layout::Names] {
+            let bake = |share_vertices| {
+                let output = OutputOptions { share_vertices, layout, ..OutputOptions::default() };
+                let steering = Steering { placement: Placement::Ends, ..Steering::default() };
+                let targets = Targets::ratios(vec![0.5, 0.2]).expect("ratios");
+                let options = BakeOptions { steering, targets, polish: None, ..options(output) };
+                Baked::bytes(name, &glb, &options)
+            };
+            let (apart, shared) = (bake(false), bake(true));
+            let [own, other] = [&apart, &shared].map(Baked::chain);
+            for mesh in 0..3 {
+                assert_eq!(corners(&own, mesh), corners(&other, mesh), "{name}: mesh {mesh}");
+            }
+            let pools = pools(&other);
+            assert!(pools[0].0 > pools[1].0 && pools[1].0 > pools[2].0, "{name}: {pools:?}");
+            assert!(pools.iter().all(|own| own.1 == pools[0].1), "{name}: {pools:?}");
+            let size = |baked: &Baked| std::fs::metadata(baked.chain_path()).expect("it").len();
+            assert!(size(&shared) < size(&apart), "{name}");
+            let level = |baked: &Baked| std::fs::read(baked.level_path(1)).expect("a level");
+            assert!(level(&shared) == level(&apart), "{name}: a level alone is what it was");
+        }
+    }
+}
+
+#[test]
+fn a_file_of_polished_levels_is_what_it_was_and_no_larger() {
+    let glb = assets::textured(&shapes::sphere(48, 24), &assets::picture(16)).glb();
+    let [apart, shared] = [false, true].map(|share_vertices| {
+        let output = OutputOptions { share_vertices, ..OutputOptions::default() };
+        let options = BakeOptions { output, targets: Targets::halves(2), ..unmeasured() };
+        Baked::bytes("ball", &glb, &options)
+    });
+    let [own, other] = [&apart, &shared].map(Baked::chain);
+    for mesh in 0..3 {
+        assert_eq!(corners(&own, mesh), corners(&other, mesh), "mesh {mesh}");
+    }
+    let size = |baked: &Baked| std::fs::metadata(baked.chain_path()).expect("a file").len();
+    assert!(size(&shared) <= size(&apart), "{} and {}", size(&shared), size(&apart));
 }

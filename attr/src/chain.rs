@@ -1,5 +1,6 @@
 //! Levels of detail from one descent: a level each time a target is passed.
 
+use std::cell::LazyCell;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -141,7 +142,9 @@ pub fn polish_chain(
 ) -> Result<()> {
     options.check(mesh)?;
     polish.check()?;
-    let (source, range) = (Source::new(mesh), color_range(mesh));
+    let range = color_range(mesh);
+    // Sampling the source takes longest of all that a polish starts with.
+    let source = LazyCell::new(|| Source::new(mesh));
     for level in levels {
         if level.mesh.triangles.len() < mesh.triangles.len() {
             let locked = options.locked_of(&level.point_sources);

@@ -23,6 +23,7 @@ use crate::error::{Error, Result};
 use crate::options::BakeOptions;
 use crate::progress::Progress;
 use crate::report::BakeReport;
+use crate::write;
 
 pub use find::find_jobs;
 pub use shard::Shard;
@@ -47,15 +48,30 @@ impl Job {
         let input = Input::File(&self.input);
         let there = self.outputs(options).iter().all(|path| path.is_file());
         there
-            && recorded_digest(&input.report(&self.folder))
-                .is_some_and(|recorded| digest(input, options).is_ok_and(|own| own == recorded))
+            && recorded(&input.report(&self.folder)).is_some_and(|(recorded, files)| {
+                // Textures beside a .gltf are told by the report alone.
+                files.iter().all(|file| self.folder.join(file).is_file())
+                    && digest(input, options).is_ok_and(|own| own == recorded)
+            })
     }
 }
 
-/// The hash that a report holds, if it is one.
-fn recorded_digest(report: &Path) -> Option<String> {
+/// The hash that a report holds and the files that it tells of, if it is one.
+fn recorded(report: &Path) -> Option<(String, Vec<String>)> {
     let report: Value = serde_json::from_slice(&std::fs::read(report).ok()?).ok()?;
-    report["digest"].as_str().map(str::to_owned)
+    let files = report["files"].as_array()?.iter().map(|file| file.as_str().map(str::to_owned));
+    Some((report["digest"].as_str()?.to_owned(), files.collect::<Option<_>>()?))
+}
+
+/// Removes what runs that were killed left unnamed where the outputs go.
+fn remove_leftovers(jobs: &[Job]) {
+    let textures = |job: &Job| {
+        let name = format!("{}_textures", Input::File(&job.input).stem());
+        job.folder.join(name)
+    };
+    let folders: BTreeSet<PathBuf> =
+        jobs.iter().flat_map(|job| [job.folder.clone(), textures(job)]).collect();
+    folders.iter().for_each(|folder| write::remove_leftovers(folder));
 }
 
 /// How a batch is run.
@@ -127,6 +143,7 @@ pub fn run(
     progress: &Progress,
     on_done: impl Fn(&Job, &Done) + Sync,
 ) -> Vec<Done> {
+    remove_leftovers(jobs);
     let next = AtomicUsize::new(0);
     let ended = Mutex::new(Vec::with_capacity(jobs.len()));
     progress.stage("batch", jobs.len(), |count| {

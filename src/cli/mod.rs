@@ -22,7 +22,8 @@ use seamwise::evaluate::scene::Mode;
 use seamwise::limit::MemoryLimit;
 use seamwise::options::{BakeOptions, BudgetPer, ReportOptions, Targets};
 use seamwise::read::ReadOptions;
-use seamwise_attr::Polish;
+use seamwise::steering::Steering;
+use seamwise_attr::{Placement, Polish};
 use steering::SteeringArgs;
 use textures::TextureArgs;
 
@@ -196,7 +197,14 @@ fn parse_tolerance(text: &str) -> std::result::Result<f64, String> {
 impl BakeArgs {
     fn polish(&self) -> Option<Polish> {
         let polish = if self.fast { Polish::FAST } else { Polish::default() };
-        (!self.no_polish).then_some(polish)
+        (!self.no_polish && !self.files.share_vertices).then_some(polish)
+    }
+
+    fn steering(&self) -> Result<Steering> {
+        let steering = self.steering.resolve()?;
+        let is_shared = self.files.share_vertices;
+        let placement = if is_shared { Placement::Ends } else { steering.placement };
+        Ok(Steering { placement, ..steering })
     }
 
     /// What these arguments mean.
@@ -218,7 +226,7 @@ impl BakeArgs {
                 BudgetName::Mesh => BudgetPer::Mesh,
                 BudgetName::Scene => BudgetPer::Scene,
             },
-            steering: self.steering.resolve()?,
+            steering: self.steering()?,
             polish: self.polish(),
             textures: self.textures.resolve()?,
             evaluate: (!self.no_evaluate).then(evaluate::Options::default),
@@ -227,7 +235,7 @@ impl BakeArgs {
             time_limit: self.time_limit,
             allow_missing: self.reading.allow_missing,
             allow_outside: self.reading.outside.allow_outside,
-            output: self.files.resolve(),
+            output: self.files.resolve()?,
             ..BakeOptions::default()
         })
     }

@@ -1,6 +1,7 @@
 //! In which files a bake is written, as the user typed it.
 
 use clap::{Args, ValueEnum};
+use seamwise::error::{Error, Result};
 use seamwise::output::{Format, Layout, OutputOptions};
 
 /// How the levels are written.
@@ -18,6 +19,11 @@ pub(crate) struct OutputArgs {
     /// What the file of all levels is like.
     #[arg(long, value_enum, default_value_t = LayoutArg::MsftLod)]
     layout: LayoutArg,
+    /// Let all levels keep vertices of the source (as --placement ends, without a polish), and store
+    /// them once in the file of all levels, ordered so that each level reads a prefix of them. The levels
+    /// are farther from the source than without. With --compress, vertices stay in the source's types.
+    #[arg(long, conflicts_with_all = ["placement", "fast", "keep_volume", "atlas", "merge_materials"])]
+    pub(super) share_vertices: bool,
 }
 
 /// `--format`.
@@ -44,8 +50,15 @@ enum LayoutArg {
 
 impl OutputArgs {
     /// What these arguments mean.
-    pub(crate) fn resolve(&self) -> OutputOptions {
-        OutputOptions {
+    ///
+    /// # Errors
+    /// [`Error::Options`] if vertices are to be shared in a file that is not there.
+    pub(crate) fn resolve(&self) -> Result<OutputOptions> {
+        if self.share_vertices && matches!(self.layout, LayoutArg::None) {
+            let what = "--share-vertices needs a file of all levels: --layout msft_lod or names";
+            return Err(Error::Options { what: what.into() });
+        }
+        Ok(OutputOptions {
             compress: self.compress,
             format: match self.format {
                 FormatArg::Glb => Format::Glb,
@@ -56,6 +69,7 @@ impl OutputArgs {
                 LayoutArg::Names => Layout::Names,
                 LayoutArg::None => Layout::Apart,
             },
-        }
+            share_vertices: self.share_vertices,
+        })
     }
 }

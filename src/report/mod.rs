@@ -34,6 +34,8 @@ pub struct BakeReport {
     /// Hash of all that the outputs follow from: the input, the files that it names, the options and
     /// the version of this tool. A batch that is resumed skips inputs whose outputs have theirs.
     pub digest: String,
+    /// The files that were written beside this report, as paths in its folder.
+    pub files: Vec<String>,
     /// What went in.
     pub input: InputReport,
     /// The screen that the sizes of the levels are reckoned for.

@@ -1,5 +1,7 @@
 //! In which format an image of a level is stored.
 
+use std::borrow::Cow;
+
 use image::DynamicImage;
 use seamwise_texture::Role;
 
@@ -7,11 +9,13 @@ use crate::asset::{EncodedImage, ImageFormat};
 use crate::error::Result;
 use crate::images::{Encoding, encode_anew, encode_with};
 use crate::metadata::Metadata;
+use crate::palette::{has_palette, reduce};
 
 /// File formats of textures.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TextureFormat {
-    /// That of the source's image; PNG for a normal map that a level gains.
+    /// That of the source's image, colors of a PNG with a palette in one again; PNG for a normal map
+    /// that a level gains.
     #[default]
     Keep,
     /// Lossless.
@@ -37,7 +41,9 @@ pub(super) fn store(
     let is_small = image.color().bytes_per_pixel() == image.color().channel_count();
     match (format, before) {
         (TextureFormat::Keep, Some(before)) => {
-            encode_anew(image, before, Encoding { quality, png: false })
+            let few = (role == Role::Color && has_palette(&before.bytes)).then(|| reduce(image));
+            let image = few.flatten().map_or(Cow::Borrowed(image), Cow::Owned);
+            encode_anew(&image, before, Encoding { quality, png: false })
         }
         (TextureFormat::Jpeg, _) if role == Role::Color && is_small && is_opaque(image) => {
             plain(&image.to_rgb8().into(), ImageFormat::Jpeg)
@@ -69,6 +75,24 @@ mod tests {
         assert_eq!(stored(254, Role::Color), ImageFormat::Png);
         assert_eq!(stored(255, Role::Normal), ImageFormat::Png);
         assert_eq!(stored(255, Role::Data), ImageFormat::Png);
+    }
+
+    #[test]
+    fn colors_of_a_palette_stay_in_one_and_other_texels_do_not() {
+        let few: DynamicImage =
+            image::RgbImage::from_fn(8, 8, |x, _| image::Rgb([x as u8; 3])).into();
+        let bytes = crate::palette::write_indexed(&few).expect("eight colors").into();
+        let before = EncodedImage { bytes, format: ImageFormat::Png };
+        let many: DynamicImage =
+            image::RgbImage::from_fn(64, 64, |x, y| image::Rgb([x as u8, y as u8, 0])).into();
+        let stored = |image, role, format| {
+            let stored = store(image, role, Some(&before), (format, 90)).unwrap();
+            has_palette(&stored.bytes)
+        };
+        assert!(stored(&many, Role::Color, TextureFormat::Keep));
+        assert!(!stored(&many, Role::Data, TextureFormat::Keep));
+        assert!(!stored(&many, Role::Color, TextureFormat::Png), "lossless");
+        assert!(stored(&few, Role::Data, TextureFormat::Png));
     }
 
     #[test]
