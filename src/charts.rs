@@ -39,7 +39,7 @@ impl Charts {
     /// The charts of a primitive in a UV set, moved by `transform`; `None` if it lacks the set.
     ///
     /// # Errors
-    /// [`Error::Invalid`] if positions, UVs or indices are malformed.
+    /// [`Error::Invalid`](crate::error::Error::Invalid) if positions, UVs or indices are malformed.
     pub fn read(
         asset: &Asset,
         primitive: &Primitive,
