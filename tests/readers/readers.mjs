@@ -24,6 +24,9 @@ const GAP = 4; // pixels between the pictures of a sheet
 const COVERED = 200; // of 255: white over half of a pixel of a sheet, gray over the rest
 const HALF = 120; // of 255: half of the samples of a picture
 
+// A browser that draws without a graphics processor hangs now and then, for no fault of a file.
+const PATIENCE = 120_000; // milliseconds
+
 // Ours has 2 × 2 samples a pixel: readers draw twice as large.
 const SAMPLES = 2;
 
@@ -161,7 +164,8 @@ async function main() {
   const require = createRequire(join(modules, 'here.js'));
   const puppeteer = require('puppeteer-core');
   const args = ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist'];
-  const browser = await puppeteer.launch({ executablePath, args });
+  const launch = () => puppeteer.launch({ executablePath, args, protocolTimeout: PATIENCE });
+  let browser = await launch();
   const server = await serve();
   const address = `http://127.0.0.1:${server.address().port}`;
   let failures = 0;
@@ -169,7 +173,14 @@ async function main() {
     for (const file of bake(own)) {
       const { sheet, cameras } = reference(file);
       for (const reader of READERS) {
-        const { pictures, triangles, complaints } = await show(browser, address, reader, { file, cameras });
+        const look = () => show(browser, address, reader, { file, cameras });
+        const { pictures, triangles, complaints } = await look().catch(async (error) => {
+          if (error.name !== 'ProtocolError') throw error;
+          console.log(`  ${reader}: ${error.message}; once more in a new browser`);
+          browser.process()?.kill('SIGKILL');
+          browser = await launch();
+          return look();
+        });
         const found = await overlaps(browser, pictures, sheet);
         const isFine = complaints.length === 0 && found.every((overlap) => overlap > LEAST);
         failures += isFine ? 0 : 1;
