@@ -12,8 +12,8 @@
 //! "Appearance-preserving simplification", SIGGRAPH 1998): so it carries the shape that the level
 //! has lost.
 //!
-//! A texel larger than the source's is the mean of up to 4² places in it, each cast by
-//! itself, so that geometry finer than a texel is averaged too; what is larger still reads mip maps.
+//! A texel larger than the source's is the mean of up to 4² places in it, each with a
+//! place of its own, so that geometry finer than a texel is averaged too; what is larger still reads mip maps.
 //!
 //! Guaranteed: a level equal to its source, in an image of the same size, gets the texels that the
 //! source has, but for rounding; a place of the source is of the same group, and faces the same way
@@ -36,7 +36,7 @@ use rayon::prelude::*;
 use crate::samples::with_buffer;
 use crate::{Result, Role, Validity, Wrap};
 use owners::Owners;
-use row::{Caster, Row, write};
+use row::{Maker, Row, write};
 
 pub use correspond::Source;
 pub use picture::Picture;
@@ -44,7 +44,7 @@ pub use side::Side;
 
 /// Places along each side of a texel, at most.
 const MOST_PARTS: usize = 4;
-/// How far around the charts texels are cast too, in texels: what bilinear taps at their rims read.
+/// How far around the charts texels are made too, in texels: what bilinear taps at their rims read.
 const GUTTER: f64 = 1.5;
 /// Rows that are made before they are written.
 const ROWS: usize = 64;
@@ -160,24 +160,25 @@ pub fn transfer(job: &Job<'_>, rows: &AtomicUsize) -> Result<Transferred> {
     let mut images: Vec<DynamicImage> = job.outputs.iter().map(blank).collect();
     let mut made = vec![Vec::with_capacity(width * height); job.outputs.len()];
     let (lods, texels) = (job.lods(fine), job.texels());
-    let caster = Caster { job, owners: &owners, parts, fine, lods, texels };
+    let maker = Maker { job, owners: &owners, parts, fine, lods, texels };
     let (mut bend, mut bends) = (0.0, 0usize);
     for first in (0..height).step_by(ROWS) {
-        let cast: Vec<Row> = (first..(first + ROWS).min(height))
+        let rows_made: Vec<Row> = (first..(first + ROWS).min(height))
             .into_par_iter()
             .map(|y| {
-                let row = caster.row(y);
+                let row = maker.row(y);
                 rows.fetch_add(1, Ordering::Relaxed);
                 row
             })
             .collect();
-        bend += cast.iter().map(|row| row.bend).sum::<f64>();
-        bends += cast.iter().map(|row| row.bends).sum::<usize>();
+        bend += rows_made.iter().map(|row| row.bend).sum::<f64>();
+        bends += rows_made.iter().map(|row| row.bends).sum::<usize>();
         for (index, (image, output)) in images.iter_mut().zip(job.outputs).enumerate() {
             let own = index * width..(index + 1) * width;
-            let values: Vec<&[Vec4]> = cast.iter().map(|row| &row.values[own.clone()]).collect();
+            let values: Vec<&[Vec4]> =
+                rows_made.iter().map(|row| &row.values[own.clone()]).collect();
             with_buffer!(image, buffer => write(buffer, output.role, first, &values))?;
-            cast.iter().for_each(|row| made[index].extend_from_slice(&row.made[own.clone()]));
+            rows_made.iter().for_each(|row| made[index].extend_from_slice(&row.made[own.clone()]));
         }
     }
     let validity = |made| Validity::from_flags(width, height, made);
@@ -202,7 +203,7 @@ impl Face {
 }
 
 impl Job<'_> {
-    /// How many places along each side of a texel are cast: about as many as texels of the source lie
+    /// How many places along each side of a texel are read: about as many as texels of the source lie
     /// there, in the largest image.
     fn parts(&self) -> usize {
         let ratio = |output: usize| {

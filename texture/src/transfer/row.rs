@@ -1,4 +1,4 @@
-//! A row of texels, cast to the source and averaged.
+//! A row of texels, each read at its places on the source and averaged.
 
 use glam::{Mat3, Vec2, Vec3, Vec4};
 use image::{ImageBuffer, Pixel};
@@ -18,7 +18,7 @@ const LEAST_UP: f32 = 0.02;
 const SLID: f32 = 0.05;
 
 /// What texels are made with.
-pub(super) struct Caster<'a> {
+pub(super) struct Maker<'a> {
     pub(super) job: &'a Job<'a>,
     /// Of the parts of texels.
     pub(super) owners: &'a Owners,
@@ -46,7 +46,7 @@ pub(super) struct Row {
     last: Option<(u32, Spot)>,
 }
 
-impl Caster<'_> {
+impl Maker<'_> {
     /// Makes row `y`.
     pub(super) fn row(&self, y: usize) -> Row {
         let width = self.job.size[0];
@@ -69,7 +69,7 @@ impl Caster<'_> {
         row
     }
 
-    /// Casts one part of a texel and adds what every output reads there.
+    /// Finds the place of one part of a texel and adds what every output reads there.
     fn add_part(&self, at: [usize; 2], sums: &mut [Sum], row: &mut Row) {
         let job = self.job;
         let Some(index) = self.owners.of(at[0], at[1]) else { return };
