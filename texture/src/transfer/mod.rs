@@ -12,8 +12,8 @@
 //! "Appearance-preserving simplification", SIGGRAPH 1998): so it carries the shape that the level
 //! has lost.
 //!
-//! A texel larger than the source's is the mean of up to 4² places in it, each with a
-//! place of its own, so that geometry finer than a texel is averaged too; what is larger still reads mip maps.
+//! A texel larger than the source's is the mean of up to 4² parts, each with a place of its own, so
+//! that geometry finer than a texel is averaged too; what is larger still reads mip maps.
 //!
 //! Guaranteed: a level equal to its source, in an image of the same size, gets the texels that the
 //! source has, but for rounding; a place of the source is of the same group, and faces the same way
