@@ -12,7 +12,7 @@ use crate::options::Options;
 use crate::polish::{Guards, Polish, Source};
 use crate::quadric::MAX_ATTRIBUTES;
 use crate::regions;
-use crate::simplify::{Descent, Stop};
+use crate::simplify::{Descent, MAX_TRIANGLES, Stop};
 use crate::space::Space;
 
 /// One level of detail.
@@ -120,6 +120,10 @@ pub(crate) fn check(mesh: &Mesh, targets: &[usize], options: &Options<'_>) -> Re
     mesh.validate()?;
     if mesh.layout.len() > MAX_ATTRIBUTES {
         let what = format!("{} attributes a wedge, {MAX_ATTRIBUTES} at most", mesh.layout.len());
+        return Err(Error::Invalid { what });
+    }
+    if mesh.triangles.len() > MAX_TRIANGLES {
+        let what = format!("{} triangles, {MAX_TRIANGLES} at most", mesh.triangles.len());
         return Err(Error::Invalid { what });
     }
     if targets.windows(2).any(|pair| pair[0] < pair[1]) {

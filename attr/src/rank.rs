@@ -11,6 +11,7 @@ use crate::collapse::Plan;
 use crate::id::{EdgeId, PointId};
 use crate::metric::Metric;
 use crate::queue::Queue;
+use crate::simplify::Item;
 use crate::topology::Topology;
 
 /// Edges that one thread ranks at least before another is asked.
@@ -34,9 +35,9 @@ pub(crate) fn triangle_bounds(
     mut bounds: Vec<f32>,
     waiting: impl Iterator<Item = (f64, u32)>,
 ) -> Vec<[f32; 3]> {
-    for (cost, item) in waiting {
-        if let Some(bound) = bounds.get_mut(item as usize) {
-            *bound = cost as f32;
+    for (cost, packed) in waiting {
+        if let Item::Edge(edge) = Item::unpack(packed) {
+            bounds[edge] = cost as f32;
         }
     }
     topology.triangle_edges().iter().map(|edges| edges.map(|edge| bounds[edge])).collect()
@@ -66,7 +67,8 @@ pub(crate) fn rank_all(
             },
         )
         .collect();
-    Queue::new(costs.into_iter().zip(0..).filter_map(|(cost, edge)| Some((cost?, edge))))
+    let items = costs.into_iter().enumerate();
+    Queue::new(items.filter_map(|(edge, cost)| Some((cost?, Item::Edge(EdgeId::new(edge)).pack()))))
 }
 
 #[cfg(test)]

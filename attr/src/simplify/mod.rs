@@ -1,6 +1,7 @@
 //! The greedy descent: the cheapest collapse first, until a target is reached (Garland & Heckbert,
 //! "Surface simplification using quadric error metrics", SIGGRAPH 1997).
 
+mod item;
 mod pairs;
 mod shells;
 mod stages;
@@ -18,6 +19,7 @@ use crate::queue::Queue;
 use crate::rank::{edge_bounds, rank_all};
 use crate::stage::Stage;
 use crate::topology::Topology;
+pub(crate) use item::{Item, MAX_TRIANGLES};
 use pairs::Pairs;
 pub(crate) use steps::STEP;
 
@@ -63,13 +65,13 @@ pub(crate) struct Descent<'a> {
     locked: Vec<bool>,
     /// How many of its points may move.
     free_points: usize,
-    /// Edges by their ids, beyond those shells by one of their points, and beyond those pairs.
+    /// Packed [`Item`]s.
     queue: Queue,
     /// Per edge: what it cost at least when this descent began, 0 if nobody had asked.
     bounds: Vec<f32>,
     /// Per edge: whether it was found illegal and waits for its surroundings to change.
     aside: Vec<bool>,
-    rejected: Vec<(f64, u32)>,
+    rejected: Vec<(f64, Item)>,
     /// Its triangles when those were last queued again.
     retried_at: usize,
     pairs: Pairs,
@@ -170,25 +172,24 @@ impl<'a> Descent<'a> {
             if (self.triangles() as f64) < RETRY_SHARE * self.retried_at as f64 {
                 self.retry_rejected();
             }
-            let Some(item) = self.queue.pop() else {
+            let Some(packed) = self.queue.pop() else {
                 if self.triangles() == self.retried_at {
                     return Some(Stop::NoLegalCollapse);
                 }
                 self.retry_rejected();
                 continue;
             };
-            let (shells, pairs) = (self.first_shell(), self.first_pair());
-            let step = match item {
-                item if item >= pairs => self.join(item, turn),
-                item if item >= shells => self.vanish(PointId(item - shells), turn),
-                item => self.collapse(EdgeId(item), turn),
+            let step = match Item::unpack(packed) {
+                Item::Edge(edge) => self.collapse(edge, turn),
+                Item::Shell(point) => self.vanish(point, turn),
+                Item::Pair(pair) => self.join(pair, turn),
             };
             match step {
                 Ok(triangles) => {
                     removed.fetch_add(triangles, Ordering::Relaxed);
                 }
                 Err(stop) => {
-                    self.queue.push(0.0, item);
+                    self.queue.push(0.0, packed);
                     return Some(stop);
                 }
             }
@@ -201,17 +202,18 @@ impl<'a> Descent<'a> {
     fn collapse(&mut self, edge: EdgeId, turn: f64) -> Result<usize, Stop> {
         let Some(points) = self.topology.ends(edge) else { return Ok(0) };
         let price = self.plan.price(&self.topology, &self.metric, points);
-        if self.must_wait(edge.0, price, turn) {
+        let item = Item::Edge(edge);
+        if self.must_wait(item, price, turn) {
             return Ok(0);
         }
         self.plan.set(&self.topology, &self.metric, points);
-        if self.plan.is_void() { Ok(0) } else { self.merge(edge.0, price, points, turn) }
+        if self.plan.is_void() { Ok(0) } else { self.merge(item, price, points, turn) }
     }
 
     /// Does what is planned for two points, or queues the item again. `price` is what it costs at least.
     fn merge(
         &mut self,
-        item: u32,
+        item: Item,
         price: f64,
         points: [PointId; 2],
         turn: f64,
@@ -244,20 +246,11 @@ impl<'a> Descent<'a> {
         Ok(before - self.triangles())
     }
 
-    /// The item of the first point's shell, and that of the first pair.
-    fn first_shell(&self) -> u32 {
-        self.topology.edge_count() as u32
-    }
-
-    fn first_pair(&self) -> u32 {
-        self.first_shell() + self.point_sources.len() as u32
-    }
-
     /// Queues an item again if something that waits costs less than the share `turn` of its cost.
-    fn must_wait(&mut self, item: u32, cost: f64, turn: f64) -> bool {
+    fn must_wait(&mut self, item: Item, cost: f64, turn: f64) -> bool {
         let waits = self.queue.has_cheaper(turn * cost);
         if waits {
-            self.queue.push(cost, item);
+            self.queue.push(cost, item.pack());
         }
         waits
     }
@@ -289,9 +282,9 @@ impl<'a> Descent<'a> {
     }
 
     /// Puts an illegal item aside. If its shell is small, the shell's end is queued instead.
-    fn reject(&mut self, price: f64, item: u32, point: PointId) {
-        if let Some(aside) = self.aside.get_mut(item as usize) {
-            *aside = true;
+    fn reject(&mut self, price: f64, item: Item, point: PointId) {
+        if let Item::Edge(edge) = item {
+            self.aside[edge] = true;
         }
         self.rejected.push((price, item));
         self.queue_shell(point);
@@ -307,7 +300,7 @@ impl<'a> Descent<'a> {
                 && !points.iter().any(|&point| self.is_locked(point))
             {
                 let price = self.plan.price(&self.topology, &self.metric, points);
-                self.queue.push(price, edge.0);
+                self.queue.push(price, Item::Edge(edge).pack());
             }
         }
     }
@@ -316,8 +309,12 @@ impl<'a> Descent<'a> {
     fn retry_rejected(&mut self) {
         self.retried_at = self.triangles();
         for (price, item) in self.rejected.drain(..) {
-            if self.aside.get_mut(item as usize).is_none_or(std::mem::take) {
-                self.queue.push(price, item);
+            let is_aside = match item {
+                Item::Edge(edge) => std::mem::take(&mut self.aside[edge]),
+                Item::Shell(_) | Item::Pair(_) => true,
+            };
+            if is_aside {
+                self.queue.push(price, item.pack());
             }
         }
     }

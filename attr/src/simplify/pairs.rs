@@ -8,7 +8,7 @@
 use glam::{DVec3, IVec3};
 use rustc_hash::FxHashMap;
 
-use super::{Descent, Stop};
+use super::{Descent, Item, Stop};
 use crate::id::{EdgeId, PointId};
 use crate::options::Cost;
 use crate::topology::Topology;
@@ -87,14 +87,14 @@ impl Descent<'_> {
 
     /// Queues all pairs. Their costs are worked out in their turn.
     pub(super) fn queue_pairs(&mut self) {
-        let items = (self.first_pair()..).take(self.pairs.pairs.len());
-        items.for_each(|item| self.queue.push(0.0, item));
+        let pairs = 0..self.pairs.pairs.len() as u32;
+        pairs.for_each(|pair| self.queue.push(0.0, Item::Pair(pair).pack()));
     }
 
     /// Merges a pair, or queues it again if that costs more than what waits.
-    pub(super) fn join(&mut self, item: u32, turn: f64) -> Result<usize, Stop> {
-        let pair = (item - self.first_pair()) as usize;
-        let Some(points) = self.pairs.ends(pair) else { return Ok(0) };
+    pub(super) fn join(&mut self, pair: u32, turn: f64) -> Result<usize, Stop> {
+        let item = Item::Pair(pair);
+        let Some(points) = self.pairs.ends(pair as usize) else { return Ok(0) };
         let is_gone = |point: &PointId| self.topology.corners(*point).next().is_none();
         if points.iter().any(is_gone) {
             return Ok(0);

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Descent, Stop};
+use super::{Descent, Item, Stop};
 use crate::id::{PointId, TriangleId};
 use crate::marks::Marks;
 use crate::metric::Metric;
@@ -28,7 +28,7 @@ impl Descent<'_> {
         let area = self.importance(point) * area;
         let cost = self.shell_cost(area, radius);
         if self.queue.has_cheaper(turn * cost) {
-            self.queue.push(cost, self.first_shell() + point.0);
+            self.queue.push(cost, Item::Shell(point).pack());
             return Ok(0);
         }
         self.charge(area * radius * radius, area)?;
@@ -43,7 +43,7 @@ impl Descent<'_> {
         if let Some(shell) = small_shell(&self.topology, point, &mut self.counts) {
             let (area, radius) = measure(&shell, &self.topology, &self.metric);
             let cost = self.shell_cost(self.importance(point) * area, radius);
-            self.queue.push(cost, self.first_shell() + point.0);
+            self.queue.push(cost, Item::Shell(point).pack());
         }
     }
 

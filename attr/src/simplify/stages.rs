@@ -9,7 +9,8 @@ use crate::stage::Stage;
 impl Descent<'_> {
     /// The surface as it stands, with points and wedges among its own that are gone.
     pub(crate) fn into_stage(self) -> Stage {
-        let waiting = self.queue.into_items().chain(self.rejected);
+        let rejected = self.rejected.into_iter().map(|(price, item)| (price, item.pack()));
+        let waiting = self.queue.into_items().chain(rejected);
         let bounds = triangle_bounds(&self.topology, self.bounds, waiting);
         let (triangles, live, wedge_points) = self.topology.into_parts();
         Stage {

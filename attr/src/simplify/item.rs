@@ -1,0 +1,55 @@
+//! What waits in the queue of a descent.
+
+use crate::id::{EdgeId, PointId};
+
+/// A step that a descent may take.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Item {
+    /// The collapse of an edge.
+    Edge(EdgeId),
+    /// The end of the shell that a point belongs to.
+    Shell(PointId),
+    /// Two points of different shells that meet, by their number among the pairs.
+    Pair(u32),
+}
+
+/// Bits of the number under the kind.
+const BITS: u32 = 30;
+
+/// The most triangles of a mesh: each may have three edges of its own.
+pub(crate) const MAX_TRIANGLES: usize = (1 << BITS) / 3;
+
+impl Item {
+    /// Kind and number as one. Of equal costs the lesser comes first: edges, then shells, then pairs.
+    pub(crate) fn pack(self) -> u32 {
+        let (kind, number) = match self {
+            Self::Edge(edge) => (0, edge.0),
+            Self::Shell(point) => (1, point.0),
+            Self::Pair(pair) => (2, pair),
+        };
+        debug_assert!(number >> BITS == 0, "item {number} of a mesh that is too large");
+        kind << BITS | number
+    }
+
+    /// What was packed.
+    pub(crate) fn unpack(packed: u32) -> Self {
+        let number = packed & ((1 << BITS) - 1);
+        match packed >> BITS {
+            0 => Self::Edge(EdgeId(number)),
+            1 => Self::Shell(PointId(number)),
+            _ => Self::Pair(number),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn items_come_back_as_they_were_and_edges_come_first() {
+        let items = [Item::Edge(EdgeId(7)), Item::Shell(PointId(3)), Item::Pair((1 << BITS) - 1)];
+        assert_eq!(items.map(|item| Item::unpack(item.pack())), items);
+        assert!(items.is_sorted_by_key(|item| item.pack()));
+    }
+}
