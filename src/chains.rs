@@ -64,7 +64,7 @@ fn together(
         .zip(steering)
         .map(|(geometry, steering)| Shared {
             mesh: &geometry.welded.mesh,
-            options: steering.options(),
+            options: steering.options_in_scene(),
             stretches: steering.stretches(),
         })
         .collect();

@@ -101,9 +101,9 @@ pub enum Targets {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BudgetPer {
     /// Each mesh keeps the same share of its own.
-    #[default]
     Mesh,
     /// Each keeps what it costs most to lose, as large and as often as the scene shows it.
+    #[default]
     Scene,
 }
 

@@ -60,6 +60,9 @@ pub fn simplify_chain(
         let stage = regions::descend(ground, mesh, target, max_error, removed);
         let mut descent = Descent::new(mesh, stage, Vec::new(), max_error);
         descent.find_pairs();
+        if regions::is_small(descent.triangles()) {
+            descent.guard(options.limits(space.unit));
+        }
         descent
     };
     let Some(&first) = targets.first() else { return Ok(Vec::new()) };

@@ -4,6 +4,7 @@ use crate::error::{Error, Result};
 use crate::id::PointId;
 use crate::mesh::Mesh;
 use crate::metric::Weights;
+use crate::simplify::Limits;
 
 /// What orders collapses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -39,6 +40,13 @@ pub struct Options<'a> {
     pub placement: Placement,
     /// No collapse may have an error above this, in the units of the mesh.
     pub max_error: Option<f64>,
+    /// No part of the surface may end farther than this from the source, nor of the source from it, in
+    /// the units of the mesh: a collapse that would is not done. Measured at samples, and on a mesh that
+    /// goes down in regions from below 65,536 triangles on; a polish comes after.
+    pub max_deviation: Option<f64>,
+    /// The share of the area that may go as borders recede and shells vanish, 0 to 1; only with
+    /// `max_deviation`.
+    pub max_lost_area: f64,
     /// No collapse may turn a triangle by more than this, in degrees above 0 and up to 90, nor may a
     /// polish, seen from the level that it is given.
     pub max_turn: f64,
@@ -64,6 +72,8 @@ impl Default for Options<'_> {
             cost: Cost::default(),
             placement: Placement::default(),
             max_error: None,
+            max_deviation: None,
+            max_lost_area: 1.0,
             max_turn: 75.0,
             join_distance: None,
             keep_volume: false,
@@ -74,6 +84,12 @@ impl Default for Options<'_> {
 }
 
 impl Options<'_> {
+    /// What a descent in a space of this unit may lose, if not anything.
+    pub(crate) fn limits(&self, unit: f64) -> Option<Limits> {
+        let deviation = self.max_deviation?;
+        Some(Limits { deviation: deviation / unit, area: self.max_lost_area })
+    }
+
     /// The cosine of the largest turn.
     pub(crate) fn turn_cosine(&self) -> f64 {
         self.max_turn.to_radians().cos()
@@ -98,6 +114,14 @@ impl Options<'_> {
         }
         if !(self.max_turn > 0.0 && self.max_turn <= 90.0) {
             let what = "a turn must be above 0 and at most 90 degrees".into();
+            return Err(Error::Options { what });
+        }
+        if self.max_deviation.is_some_and(|x| x.is_nan() || x < 0.0) {
+            let what = "the deviation limit must be 0 or more".into();
+            return Err(Error::Options { what });
+        }
+        if !(0.0..=1.0).contains(&self.max_lost_area) {
+            let what = "the share of the area that may go must lie in 0 to 1".into();
             return Err(Error::Options { what });
         }
         if self.join_distance.is_some_and(|x| !x.is_finite() || x < 0.0) {

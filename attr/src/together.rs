@@ -131,6 +131,7 @@ impl<'a> Member<'a> {
         let max_error = options.max_error.map_or(f64::INFINITY, |limit| limit / space.unit);
         let mut descent = Descent::new(mesh, Stage::new(mesh, &space), Vec::new(), max_error);
         descent.find_pairs();
+        descent.guard(options.limits(space.unit));
         Self {
             descent,
             finish: Finish::new(mesh, options),

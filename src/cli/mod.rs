@@ -95,7 +95,7 @@ pub(crate) struct BakeArgs {
     triangles: Option<Vec<usize>>,
     /// What these are counted over, where an asset has several meshes. Meshes whose borders meet are
     /// one in this, and one that is shown often counts once.
-    #[arg(long, value_enum, default_value_t = BudgetName::Mesh, value_name = "WHAT")]
+    #[arg(long, value_enum, default_value_t = BudgetName::Scene, value_name = "WHAT")]
     budget_per: BudgetName,
     /// Leave the levels as the descent left them, which is faster and less like the source.
     #[arg(long)]

@@ -22,6 +22,10 @@ pub(super) struct SteeringArgs {
     /// Stop before an error above this, in the units of the scene.
     #[arg(long, value_name = "E")]
     max_error: Option<f64>,
+    /// Go on to the target even where that takes the surface farther than 2.5 % of the scene's diagonal
+    /// from the source, or a tenth of its area: by default a level stops before, and says so.
+    #[arg(long)]
+    reach_target: bool,
     /// Turn no triangle by more than this in any collapse.
     #[arg(long, default_value_t = Steering::default().max_turn, value_name = "DEGREES")]
     max_turn: f64,
@@ -77,6 +81,7 @@ impl SteeringArgs {
                 PlacementName::Middle => Placement::Middle,
             },
             max_error: self.max_error,
+            max_deviation: Steering::default().max_deviation.filter(|_| !self.reach_target),
             max_turn: self.max_turn,
             join_distance: self.join_distance,
             keep_volume: self.keep_volume,

@@ -1,6 +1,7 @@
 //! What the user asks of the descent, as options and lists over the points of each mesh.
 
 mod importance;
+mod scene_box;
 mod values;
 
 use glam::DMat4;
@@ -14,7 +15,15 @@ use crate::limit::MemoryLimit;
 use crate::nodes::mesh_worlds;
 pub use importance::Importance;
 use importance::Map;
+use scene_box::SceneBox;
 use values::{check_attribute, material, point_values, points_of};
+
+/// Beyond this share of the scene's diagonal a level is no level of the source any more.
+pub const MAX_DEVIATION: f64 = 0.025;
+
+/// The share of its area that a surface may lose as borders recede and shells vanish, while the deviation
+/// is limited.
+const MAX_LOST_AREA: f64 = 0.1;
 
 /// What orders the collapses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -37,6 +46,9 @@ pub struct Steering {
     pub placement: Placement,
     /// No collapse may have an error above this, in the units of the scene.
     pub max_error: Option<f64>,
+    /// How far the surface may end from the source, as a share of the diagonal of the scene's bounding box,
+    /// if not as far as the targets take it: see [`MAX_DEVIATION`].
+    pub max_deviation: Option<f64>,
     /// No triangle may turn by more than this in a collapse, in degrees above 0 and up to 90.
     pub max_turn: f64,
     /// Points of two shells nearer than this, in the units of the scene, may merge.
@@ -54,12 +66,15 @@ pub struct Steering {
 /// What is asked of one mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct MeshSteering {
+    /// The longest side of the scene's box over that of the mesh's, as large as the scene shows it.
+    attribute_scale: f64,
     /// How much longer a length of the mesh gets, at most, each time that the scene shows it.
     stretches: Vec<f64>,
     order: Order,
     placement: Placement,
     /// In the units of the mesh.
     max_error: Option<f64>,
+    max_deviation: Option<f64>,
     max_turn: f64,
     /// In the units of the mesh.
     join_distance: Option<f64>,
@@ -75,6 +90,7 @@ impl Default for Steering {
             order: Order::default(),
             placement: Placement::default(),
             max_error: None,
+            max_deviation: Some(MAX_DEVIATION),
             max_turn: Options::default().max_turn,
             join_distance: None,
             keep_volume: false,
@@ -126,6 +142,7 @@ impl Steering {
         let read = |path| Map::read(path, limit);
         let map = self.importance.map.as_deref().map(read).transpose()?;
         let worlds = mesh_worlds(asset)?;
+        let scene = SceneBox::around(geometries, &worlds);
         let steer = |geometry: &Geometry| {
             let worlds = worlds.get(&geometry.meshes[0]).map_or(&[][..], Vec::as_slice);
             let (stretch, stretches) = (largest_stretch(worlds), stretches(worlds));
@@ -133,7 +150,9 @@ impl Steering {
                 stretches,
                 order: self.order,
                 placement: self.placement,
+                attribute_scale: attribute_scale(&scene, geometry, stretch),
                 max_error: self.max_error.map(|error| error / stretch),
+                max_deviation: self.max_deviation.map(|share| share * scene.diagonal() / stretch),
                 max_turn: self.max_turn,
                 join_distance: self.join_distance.map(|distance| distance / stretch),
                 keep_volume: self.keep_volume,
@@ -182,12 +201,23 @@ impl MeshSteering {
             cost,
             placement: self.placement,
             max_error: self.max_error,
+            max_deviation: self.max_deviation,
+            max_lost_area: MAX_LOST_AREA,
             max_turn: self.max_turn,
             join_distance: self.join_distance,
             keep_volume: self.keep_volume,
             importance: &self.importance,
             locked: &self.locked,
         }
+    }
+
+    /// The same among other meshes: normals and colors weigh against the extent of the scene, so that one
+    /// that is off costs alike in each.
+    pub(crate) fn options_in_scene(&self) -> Options<'_> {
+        let own = self.options();
+        let Weights { normal, color, .. } = own.weights;
+        let (normal, color) = (normal * self.attribute_scale, color * self.attribute_scale);
+        Options { weights: Weights { normal, color, ..own.weights }, ..own }
     }
 
     /// How much longer a length of the mesh gets in the scene, at most.
@@ -199,6 +229,12 @@ impl MeshSteering {
     pub(crate) fn stretches(&self) -> &[f64] {
         &self.stretches
     }
+}
+
+/// The longest side of the scene over that of a mesh, as large as the scene shows it.
+fn attribute_scale(scene: &SceneBox, geometry: &Geometry, stretch: f64) -> f64 {
+    let own = stretch * SceneBox::of(geometry).side();
+    if own > 0.0 { scene.side() / own } else { 1.0 }
 }
 
 /// The largest singular value of the linear parts of transforms; 1 if none has a size.

@@ -4,7 +4,6 @@ use glam::{DVec2, DVec3};
 
 use super::{Candidate, Plan};
 use crate::id::PointId;
-use crate::mesh::Layout;
 use crate::metric::Metric;
 use crate::shape::{folds, is_worse_sliver, turns};
 use crate::topology::{Topology, on_outline};
@@ -32,25 +31,29 @@ impl Plan {
         if self.surviving.is_empty() { None } else { self.search(metric, |_, _| true) }
     }
 
-    /// The cheapest legal place, with what it exposes in its cost: `cheapest` if that is legal. The
-    /// topology must allow the collapse.
+    /// The cheapest legal place that `allows` approves, with what it exposes in its cost: `cheapest` if
+    /// that is legal. The last place that `allows` is asked about and approves is the one. The topology must
+    /// allow the collapse.
     pub(crate) fn best(
         &mut self,
         topology: &Topology,
         metric: &Metric,
-        layout: Layout,
         cheapest: Candidate,
+        mut allows: impl FnMut(&Self, DVec3) -> bool,
     ) -> Option<Candidate> {
-        if self.keeps_shape(topology, metric, layout, cheapest.position) {
+        let mut is_legal = |plan: &mut Self, position| {
+            plan.keeps_shape(topology, metric, position) && allows(plan, position)
+        };
+        if is_legal(self, cheapest.position) {
             return Some(cheapest);
         }
-        self.search(metric, |plan, position| plan.keeps_shape(topology, metric, layout, position))
+        self.search(metric, is_legal)
     }
 
     fn search(
         &mut self,
         metric: &Metric,
-        is_legal: impl Fn(&mut Self, DVec3) -> bool,
+        mut is_legal: impl FnMut(&mut Self, DVec3) -> bool,
     ) -> Option<Candidate> {
         let ends = self.points.map(|point| metric.positions[point]);
         let mut best: Option<Candidate> = None;
@@ -129,9 +132,9 @@ impl Plan {
         &mut self,
         topology: &Topology,
         metric: &Metric,
-        layout: Layout,
         position: DVec3,
     ) -> bool {
+        let layout = metric.space.layout;
         self.place_attributes(metric, position);
         self.surviving.iter().all(|&corner| {
             let triangle = corner.triangle();

@@ -1,8 +1,10 @@
 //! The greedy descent: the cheapest collapse first, until a target is reached (Garland & Heckbert,
 //! "Surface simplification using quadric error metrics", SIGGRAPH 1997).
 
+mod deviation;
 mod item;
 mod pairs;
+mod reference;
 mod shells;
 mod stages;
 mod steps;
@@ -19,6 +21,8 @@ use crate::queue::Queue;
 use crate::rank::{edge_bounds, rank_all};
 use crate::stage::Stage;
 use crate::topology::Topology;
+use deviation::DeviationGuard;
+pub(crate) use deviation::Limits;
 pub(crate) use item::{Item, MAX_TRIANGLES};
 use pairs::Pairs;
 pub(crate) use steps::STEP;
@@ -34,6 +38,9 @@ pub enum Stop {
     NoLegalCollapse,
     /// The next collapse would pass the error limit.
     ErrorLimit,
+    /// Every collapse left would take the surface farther from the source, or more of its area, than is
+    /// allowed, or is illegal.
+    Deviation,
 }
 
 impl std::fmt::Display for Stop {
@@ -43,6 +50,7 @@ impl std::fmt::Display for Stop {
                 "no edge is left that can collapse without breaking the surface or folding its texture"
             }
             Self::ErrorLimit => "the next collapse would pass the error limit",
+            Self::Deviation => "any further collapse would ruin the shape",
         })
     }
 }
@@ -81,6 +89,10 @@ pub(crate) struct Descent<'a> {
     point_sources: Vec<PointId>,
     wedge_sources: Vec<WedgeId>,
     max_error: f64,
+    /// What keeps the surface near the source, if anything does, and whether something that is aside is so
+    /// because of it.
+    guard: Option<DeviationGuard>,
+    is_held_back: bool,
     /// The largest error so far, in the units of the metric.
     error: f64,
 }
@@ -120,9 +132,17 @@ impl<'a> Descent<'a> {
             point_sources: stage.point_sources,
             wedge_sources: stage.wedge_sources,
             max_error,
+            guard: None,
+            is_held_back: false,
             error: stage.error,
             topology,
         }
+    }
+
+    /// Keeps the surface within `limits` from here on, if there are any.
+    pub(crate) fn guard(&mut self, limits: Option<Limits>) {
+        let guard = |limits| DeviationGuard::new(&self.topology, &self.metric, limits);
+        self.guard = limits.map(guard);
     }
 
     /// How many of its points may move.
@@ -174,7 +194,8 @@ impl<'a> Descent<'a> {
             }
             let Some(packed) = self.queue.pop() else {
                 if self.triangles() == self.retried_at {
-                    return Some(Stop::NoLegalCollapse);
+                    let held_back = self.is_held_back;
+                    return Some(if held_back { Stop::Deviation } else { Stop::NoLegalCollapse });
                 }
                 self.retry_rejected();
                 continue;
@@ -227,9 +248,7 @@ impl<'a> Descent<'a> {
             return Ok(0);
         }
         let legal = cheapest.filter(|_| self.plan.keeps_topology(&self.topology));
-        let best = legal.and_then(|cheapest| {
-            self.plan.best(&self.topology, &self.metric, self.layout, cheapest)
-        });
+        let best = legal.and_then(|cheapest| self.best(cheapest));
         let Some(Candidate { cost, position }) = best else {
             self.reject(price, item, points[0]);
             return Ok(0);
@@ -241,9 +260,24 @@ impl<'a> Descent<'a> {
         let before = self.triangles();
         self.inherit(points, position);
         self.pairs.merge(points);
+        if let Some(guard) = &mut self.guard {
+            guard.keep(&self.plan);
+        }
         self.plan.apply(&mut self.topology, &mut self.metric, position);
         self.retry_around(points[0]);
         Ok(before - self.triangles())
+    }
+
+    /// The cheapest place for what is planned that is legal and keeps the surface near the source.
+    fn best(&mut self, cheapest: Candidate) -> Option<Candidate> {
+        let Self { plan, topology, metric, guard, is_held_back, .. } = self;
+        plan.best(topology, metric, cheapest, |plan, position| {
+            let allowed =
+                |guard: &mut DeviationGuard| guard.allows(plan, topology, metric, position);
+            let allowed = guard.as_mut().is_none_or(allowed);
+            *is_held_back |= !allowed;
+            allowed
+        })
     }
 
     /// Queues an item again if something that waits costs less than the share `turn` of its cost.
@@ -308,6 +342,7 @@ impl<'a> Descent<'a> {
     /// Queues all items again that are still aside.
     fn retry_rejected(&mut self) {
         self.retried_at = self.triangles();
+        self.is_held_back = false;
         for (price, item) in self.rejected.drain(..) {
             let is_aside = match item {
                 Item::Edge(edge) => std::mem::take(&mut self.aside[edge]),

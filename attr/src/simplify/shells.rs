@@ -31,11 +31,26 @@ impl Descent<'_> {
             self.queue.push(cost, Item::Shell(point).pack());
             return Ok(0);
         }
+        if !self.lets_vanish(&shell) {
+            self.is_held_back = true;
+            self.rejected.push((cost, Item::Shell(point)));
+            return Ok(0);
+        }
         self.charge(area * radius * radius, area)?;
         for &triangle in &shell {
             self.topology.remove(triangle);
         }
         Ok(shell.len())
+    }
+
+    /// Whether a shell may vanish without leaving the source bare.
+    fn lets_vanish(&mut self, shell: &[TriangleId]) -> bool {
+        let Some(guard) = &mut self.guard else { return true };
+        let mut points: Vec<PointId> =
+            shell.iter().flat_map(|&triangle| self.topology.points(triangle)).collect();
+        points.sort_unstable();
+        points.dedup();
+        guard.lets_vanish(&points, measure(shell, &self.topology, &self.metric).0)
     }
 
     /// Queues the end of a point's shell if that is small: its area off by its radius.

@@ -61,6 +61,7 @@ impl Descent<'_> {
         self.aside.fill(false);
         self.rejected.clear();
         self.retried_at = self.triangles();
+        self.is_held_back = false;
         let wedges = self.wedge_sources.len();
         self.queue = rank_all(topology, &self.metric, &self.bounds, wedges, &self.locked);
         self.queue_pairs();
