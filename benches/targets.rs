@@ -7,8 +7,8 @@
 //! ```
 //!
 //! Distances are the larger of the two directions, over the diagonal of the source's bounding box;
-//! area is the level's over the source's, and extent the least ratio of the sides of the boxes. A
-//! level that stops before its target and says so is marked; the last rows tell means and the worst
+//! area is the level's over the source's, extent the least ratio of the sides of the boxes, and color
+//! the least that is left of the area of any one color. A level that stops before its target and says so is marked; the last rows tell means and the worst
 //! over all levels, and over those that claim to have reached their targets.
 
 #[path = "../tests/common/mod.rs"]
@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Parser;
 use common::Baked;
-use common::low_poly::{MODELS, Model, extent_kept};
+use common::low_poly::{MODELS, Model, color_areas, extent_kept};
 use common::output::Output;
 use seamwise::evaluate;
 use seamwise::options::BakeOptions;
@@ -55,6 +55,7 @@ struct Row {
     greatest: f64,
     area: f64,
     extent: f32,
+    color: f32,
 }
 
 fn measure(model: &Model, samples: usize) -> Vec<Row> {
@@ -65,8 +66,12 @@ fn measure(model: &Model, samples: usize) -> Vec<Row> {
     let options = BakeOptions { evaluate: Some(evaluate), ..BakeOptions::default() };
     let source = Output::from_bytes(&bytes, model.name);
     let baked = Baked::bytes(model.name, &bytes, &options);
+    let colors = color_areas(&source);
     let levels = baked.report.levels.iter().zip(1..);
     let row = |(report, level): (&seamwise::report::LevelReport, usize)| {
+        let output = baked.level(level);
+        let left = color_areas(&output);
+        let left = colors.iter().map(|(color, area)| left.get(color).unwrap_or(&0.0) / area);
         let metrics = report.metrics.expect("a level that was measured");
         Row {
             level,
@@ -76,7 +81,8 @@ fn measure(model: &Model, samples: usize) -> Vec<Row> {
             rms: metrics.distance_rms,
             greatest: metrics.distance_max,
             area: metrics.area_ratio,
-            extent: extent_kept(&source, &baked.level(level)),
+            extent: extent_kept(&source, &output),
+            color: left.fold(f32::INFINITY, f32::min),
         }
     };
     levels.map(row).collect()
@@ -84,10 +90,10 @@ fn measure(model: &Model, samples: usize) -> Vec<Row> {
 
 fn print_rows(name: &str, rows: &[Row]) {
     for row in rows {
-        let Row { level, target, triangles, rms, greatest, area, extent, .. } = row;
+        let Row { level, target, triangles, rms, greatest, area, extent, color, .. } = row;
         let stopped = if row.reached { "" } else { "stopped" };
         println!(
-            "| {name} | {level} | {target} | {triangles} | {stopped} | {:.3} | {:.2} | {area:.3} | {extent:.3} |",
+            "| {name} | {level} | {target} | {triangles} | {stopped} | {:.3} | {:.2} | {area:.3} | {extent:.3} | {color:.2} |",
             100.0 * rms,
             100.0 * greatest,
         );
@@ -101,7 +107,7 @@ fn print_summary(name: &str, rows: &[&Row]) {
     let most = |pick: fn(&Row) -> f64| rows.iter().map(|row| pick(row)).fold(0.0, f64::max);
     let least = |pick: fn(&Row) -> f64| rows.iter().map(|row| pick(row)).fold(f64::MAX, f64::min);
     println!(
-        "| {name} | {} levels | {:.3} (at most {:.3}) | {:.2} (at most {:.2}) | {:.3} (at least {:.3}) | {:.3} (at least {:.3}) |",
+        "| {name} | {} levels | {:.3} (at most {:.3}) | {:.2} (at most {:.2}) | {:.3} (at least {:.3}) | {:.3} (at least {:.3}) | {:.2} (at least {:.2}) |",
         rows.len(),
         100.0 * mean(|row| row.rms),
         100.0 * most(|row| row.rms),
@@ -111,6 +117,8 @@ fn print_summary(name: &str, rows: &[&Row]) {
         least(|row| row.area),
         mean(|row| f64::from(row.extent)),
         least(|row| f64::from(row.extent)),
+        mean(|row| f64::from(row.color)),
+        least(|row| f64::from(row.color)),
     );
 }
 
@@ -130,8 +138,10 @@ fn main() {
         write(folder, &models).expect("a folder to write into");
         return;
     }
-    println!("| prop | level | target | triangles | | RMS % | greatest % | area | extent |");
-    println!("|---|---|---|---|---|---|---|---|---|");
+    println!(
+        "| prop | level | target | triangles | | RMS % | greatest % | area | extent | color |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|---|");
     let mut all = Vec::new();
     for model in &models {
         let rows = measure(model, arguments.samples);
@@ -139,12 +149,14 @@ fn main() {
         all.extend(rows);
     }
     println!();
-    println!("| | | RMS % | greatest % | area | extent |");
-    println!("|---|---|---|---|---|---|");
+    println!("| | | RMS % | greatest % | area | extent | color |");
+    println!("|---|---|---|---|---|---|---|");
     for (level, share) in [(1, "50 %"), (2, "25 %"), (3, "12.5 %"), (4, "6.25 %")] {
         let rows = all.iter().filter(|row| row.level == level);
         print_summary(share, &rows.clone().collect::<Vec<_>>());
         let reached: Vec<_> = rows.filter(|row| row.reached).collect();
-        print_summary(&format!("{share}, reached"), &reached);
+        if !reached.is_empty() {
+            print_summary(&format!("{share}, reached"), &reached);
+        }
     }
 }

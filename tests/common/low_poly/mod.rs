@@ -12,6 +12,7 @@ mod structures;
 use super::build::Build;
 use super::output::Output;
 use prop::Prop;
+pub(crate) use prop::color_areas;
 
 /// A prop by name.
 #[derive(Clone, Copy, Debug)]

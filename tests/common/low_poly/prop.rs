@@ -1,10 +1,13 @@
 //! Solids with colors, as the meshes, materials and nodes of a glTF document.
 
+use std::collections::BTreeMap;
+
 use glam::{Quat, Vec2, Vec3, vec2};
 use image::{Rgba, RgbaImage};
 use serde_json::json;
 
 use super::super::build::Build;
+use super::super::output::Output;
 use super::solid::Solid;
 
 /// sRGB, as 0xrrggbb.
@@ -42,6 +45,9 @@ pub(crate) struct Prop {
     finish: Finish,
     meshes: Vec<Mesh>,
 }
+
+/// What the material of a palette is called; others are called by their color.
+const PALETTE: &str = "palette";
 
 /// Cells along each side of a palette, and texels along each side of a cell.
 const CELLS: u32 = 4;
@@ -118,7 +124,11 @@ impl Prop {
     /// The material of each color.
     fn materials(&self, build: &mut Build, colors: &[Color]) -> Vec<usize> {
         match self.finish {
-            Finish::Palette => vec![build.textured(&palette(colors)); colors.len()],
+            Finish::Palette => {
+                let material = build.textured(&palette(colors));
+                build.json["materials"][material]["name"] = json!(PALETTE);
+                vec![material; colors.len()]
+            }
             Finish::Plain => colors.iter().map(|&color| plain(build, color)).collect(),
             Finish::TwoSided => {
                 let materials: Vec<_> = colors.iter().map(|&color| plain(build, color)).collect();
@@ -163,6 +173,27 @@ impl Prop {
     }
 }
 
+/// The area of each color in the meshes of a prop or of a level of it.
+pub(crate) fn color_areas(output: &Output) -> BTreeMap<String, f32> {
+    let mut areas = BTreeMap::new();
+    for part in (0..output.gltf.meshes().len()).flat_map(|mesh| output.parts(mesh)) {
+        let material = output.gltf.materials().nth(part.material.expect("a material"));
+        let name = material.as_ref().and_then(gltf::Material::name).expect("a name").to_owned();
+        for triangle in &part.triangles {
+            let [a, b, c] = triangle.map(|v| Vec3::from_array(part.positions[v as usize]));
+            let mut color = name.clone();
+            if name == PALETTE {
+                let uv: Vec2 =
+                    triangle.map(|v| Vec2::from_slice(&part.uvs[v as usize])).iter().sum();
+                let cell = (uv / 3.0 * CELLS as f32).as_ivec2();
+                color = format!("{name} {cell}");
+            }
+            *areas.entry(color).or_insert(0.0) += (b - a).cross(c - a).length() / 2.0;
+        }
+    }
+    areas
+}
+
 fn channels(color: Color) -> [u8; 3] {
     let [_, red, green, blue] = color.to_be_bytes();
     [red, green, blue]
@@ -193,8 +224,9 @@ fn tinted(build: &mut Build, colors: &[Color], picture: &RgbaImage) -> Vec<usize
     });
     let materials: Vec<_> = std::iter::once(first).chain(rest.collect::<Vec<_>>()).collect();
     for (&material, &color) in materials.iter().zip(colors) {
-        let surface = &mut build.json["materials"][material]["pbrMetallicRoughness"];
-        surface["baseColorFactor"] = json!(linear(color));
+        let material = &mut build.json["materials"][material];
+        material["name"] = json!(format!("{color:06x}"));
+        material["pbrMetallicRoughness"]["baseColorFactor"] = json!(linear(color));
     }
     materials
 }
