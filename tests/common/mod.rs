@@ -7,6 +7,7 @@ pub(crate) mod assets;
 pub(crate) mod build;
 pub(crate) mod files;
 pub(crate) mod formats;
+pub(crate) mod low_poly;
 pub(crate) mod output;
 pub(crate) mod pose;
 pub(crate) mod rigs;

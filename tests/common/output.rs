@@ -146,6 +146,26 @@ impl Output {
         meshes.flat_map(|mesh| self.parts(mesh)).map(|part| part.triangles.len()).sum()
     }
 
+    /// The corners of the box around what the scene shows, without skins and morphs.
+    pub(crate) fn scene_box(&self) -> [glam::Vec3; 2] {
+        let mut corners = [glam::Vec3::INFINITY, glam::Vec3::NEG_INFINITY];
+        let scene = self.gltf.default_scene().expect("a scene");
+        let mut nodes: Vec<_> = scene.nodes().map(|node| (node, glam::Mat4::IDENTITY)).collect();
+        while let Some((node, above)) = nodes.pop() {
+            let world = above * glam::Mat4::from_cols_array_2d(&node.transform().matrix());
+            nodes.extend(node.children().map(|child| (child, world)));
+            let parts = node.mesh().map_or(Vec::new(), |mesh| self.parts(mesh.index()));
+            for part in parts {
+                for &vertex in part.triangles.iter().flatten() {
+                    let local = glam::Vec3::from_array(part.positions[vertex as usize]);
+                    let point = world.transform_point3(local);
+                    corners = [corners[0].min(point), corners[1].max(point)];
+                }
+            }
+        }
+        corners
+    }
+
     /// The bytes of an image.
     pub(crate) fn image_bytes(&self, index: usize) -> &[u8] {
         let image = self.gltf.images().nth(index).expect("an image");
