@@ -18,7 +18,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Parser;
 use common::Baked;
-use common::low_poly::{MODELS, Model, color_areas, extent_kept};
+use common::low_poly::prop::color_areas;
+use common::low_poly::{MODELS, Model, extent_kept};
 use common::output::Output;
 use seamwise::evaluate;
 use seamwise::options::BakeOptions;

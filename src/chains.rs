@@ -64,7 +64,7 @@ fn together(
         .zip(steering)
         .map(|(geometry, steering)| Shared {
             mesh: &geometry.welded.mesh,
-            options: steering.options_in_scene(),
+            options: steering.options(),
             stretches: steering.stretches(),
         })
         .collect();

@@ -7,7 +7,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::LazyLock;
 
 use common::Baked;
-use common::low_poly::{MODELS, Model, color_areas, extent_kept};
+use common::low_poly::prop::color_areas;
+use common::low_poly::{MODELS, Model, extent_kept};
 use common::output::{Output, half_edges, volume6};
 use rayon::prelude::*;
 use seamwise::evaluate;

@@ -24,6 +24,7 @@ mod error;
 mod ground;
 mod id;
 mod importance;
+mod layers;
 mod marks;
 mod mesh;
 mod metric;

@@ -60,6 +60,9 @@ pub struct Options<'a> {
     /// See [`view_importance`](crate::view_importance) and
     /// [`curvature_importance`](crate::curvature_importance).
     pub importance: &'a [f32],
+    /// One per point, or empty: its color as it is seen, sRGB in 0…1. A small shell that vanishes costs its
+    /// contrast to what lies behind, so that eyes and lamps stay longer; only with `max_deviation`.
+    pub colors: &'a [[f32; 3]],
     /// One per point, or empty if all are free: a locked point keeps its position and the
     /// attributes of its wedges to the bit, and no edge at it collapses.
     pub locked: &'a [bool],
@@ -78,6 +81,7 @@ impl Default for Options<'_> {
             join_distance: None,
             keep_volume: false,
             importance: &[],
+            colors: &[],
             locked: &[],
         }
     }
@@ -137,8 +141,12 @@ impl Options<'_> {
             return Err(Error::Options { what });
         }
         let points = mesh.positions.len();
-        for (count, what) in [(self.locked.len(), "locks"), (self.importance.len(), "importances")]
-        {
+        let lists = [
+            (self.locked.len(), "locks"),
+            (self.importance.len(), "importances"),
+            (self.colors.len(), "colors"),
+        ];
+        for (count, what) in lists {
             if count != 0 && count != points {
                 let what = format!("{count} {what} for {points} points");
                 return Err(Error::Options { what });

@@ -96,7 +96,7 @@ mod tests {
         let (mut plan, mut above, mut same) = (Plan::new(points, wedges), 0, 0);
         for (edge, &bound) in bounds.iter().enumerate() {
             let ends = topology.ends(EdgeId::new(edge)).expect("an edge");
-            plan.set(&topology, &stage.metric, ends);
+            plan.set(&topology, &stage.metric, &ends);
             let cheapest = plan.cheapest(&stage.metric).expect("a place").cost as f32;
             assert!(bound > 0.0 && bound < 2.0 * cheapest, "{bound} of {cheapest}");
             above += usize::from(bound > 1.001 * cheapest);

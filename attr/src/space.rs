@@ -40,6 +40,8 @@ pub(crate) struct Space {
     pub(crate) placement: Placement,
     /// Per point of the mesh: what the costs around it are multiplied by. Empty if all count alike.
     importance: Vec<f32>,
+    /// Per point of the mesh: its color, sRGB in 0…1. Empty if nobody told.
+    colors: Vec<[f32; 3]>,
     /// Per point of the mesh: whether the user locked it. Empty if none is.
     locked: Vec<bool>,
 }
@@ -66,6 +68,7 @@ impl Space {
             cost: options.cost,
             placement: options.placement,
             importance: options.importance.to_vec(),
+            colors: options.colors.to_vec(),
             locked: options.locked.to_vec(),
         }
     }
@@ -84,6 +87,12 @@ impl Space {
     /// What the costs around a point of the mesh are multiplied by.
     pub(crate) fn importance(&self, source: PointId) -> f64 {
         self.importance.get(source.index()).map_or(1.0, |&x| f64::from(x).clamp(RANGE.0, RANGE.1))
+    }
+
+    /// The colors of points that stand for `sources`; empty if nobody told.
+    pub(crate) fn colors_of(&self, sources: &[PointId]) -> Vec<[f32; 3]> {
+        let own = sources.iter().map_while(|&source| self.colors.get(source.index()));
+        own.copied().collect()
     }
 
     /// A position of the mesh here.

@@ -31,6 +31,25 @@ use crate::stage::Stage;
 /// that a statue on it needs.
 const ROUNDING: f64 = 1e-16;
 
+/// A cost counts this power of how many times fewer triangles its surface has by now.
+///
+/// By cost alone the shares of surfaces are as far apart as their costs are wrong: quadrics that are summed
+/// anew say too little of one that is simplified far, and grommets end as a twentieth of their triangles.
+/// Lab note (`seamwise bake FILE --textures keep`, over `--budget-per mesh`, the worst of four levels and
+/// the geometric mean): RMS sRGB luminance, RMS distance
+///
+/// | | helmet | racquet |
+/// |---|---|---|
+/// | 0 | 1.03 (0.97), 1.03 (0.98) | 1.11 (1.05), 1.47 (1.04) |
+/// | 2 | | 1.00 (0.99), 1.14 (0.90) |
+/// | 3 | | 1.00 (0.98), 1.24 (0.94) |
+/// | 4 | 1.01 (0.98), 1.01 (0.98) | |
+/// | **6** | 1.01 (0.98), 1.00 (0.98) | 1.00 (0.98), 1.00 (0.91) |
+///
+/// With the weight of normals against the scene's extent instead of each mesh's own, the helmet is at 0.96
+/// of the luminance and 1.10 of the distance at 50 and 25 %.
+const HEDGE: i32 = 6;
+
 /// One of the surfaces that share a budget.
 #[derive(Clone, Debug)]
 pub struct Shared<'a> {
@@ -115,7 +134,8 @@ struct Member<'a> {
     finish: Finish<'a>,
     /// What its costs are multiplied by.
     scale: f64,
-    /// Its triangles when its quadrics were last summed.
+    /// Its triangles at first, and when its quadrics were last summed.
+    source: usize,
     summed_at: usize,
     /// Whether they ever are anew: an error limit is about the source.
     forgets: bool,
@@ -137,6 +157,7 @@ impl<'a> Member<'a> {
             finish: Finish::new(mesh, options),
             scale: own.scale(space.unit),
             summed_at: mesh.triangles.len(),
+            source: mesh.triangles.len(),
             forgets: options.max_error.is_none(),
             stopped: None,
             removed,
@@ -162,15 +183,23 @@ impl Falling for Member<'_> {
         if self.stopped.is_some() {
             f64::INFINITY
         } else {
-            shared_cost(self.descent.least(), self.scale)
+            shared_cost(self.descent.least(), self.scale * hedge(self.source, self.triangles()))
         }
     }
 
     fn descend_while(&mut self, mut goes_on: impl FnMut(f64, usize) -> bool) {
         let (turn, scale) = (regions::turn(self.descent.triangles()), self.scale);
-        let goes_on = |cost: f64, triangles: usize| goes_on(shared_cost(cost, scale), triangles);
+        let source = self.source;
+        let goes_on = |cost: f64, triangles: usize| {
+            goes_on(shared_cost(cost, scale * hedge(source, triangles)), triangles)
+        };
         self.stopped = self.descent.descend_while(goes_on, turn, self.removed);
     }
+}
+
+/// What a cost of a surface counts for more if it has lost many of its triangles.
+fn hedge(source: usize, triangles: usize) -> f64 {
+    (source as f64 / triangles as f64).powi(HEDGE)
 }
 
 /// A cost in the space of all. Where nothing waits, what was put aside is to be looked at, now and not

@@ -3,13 +3,15 @@
 //! A file splits a vertex wherever an attribute jumps, so its index buffer tears the surface along
 //! every seam. Welding mends it: vertices at bitwise equal positions (−0 = 0) are one point, and
 //! among those the ones with bitwise equal attributes in the same group are one wedge. There is no
-//! tolerance: what a file stores as two positions stays two points.
+//! tolerance: what a file stores as two positions stays two points. Layers that lie on each other back
+//! to back are taken apart again: see `layers.rs`.
 
 use glam::Vec3;
 use rustc_hash::FxHashMap;
 
 use crate::error::{Error, Result};
 use crate::id::{PointId, WedgeId};
+use crate::layers::separate_layers;
 use crate::mesh::{Layout, Mesh};
 
 /// Triangles as a file stores them.
@@ -45,7 +47,8 @@ pub struct Welded {
     pub degenerate: usize,
 }
 
-/// Welds vertices to points and wedges. Vertices that no triangle uses vanish. Points and wedges
+/// Welds vertices to points and wedges; the front and the back of a doubled sheet have points of their
+/// own. Vertices that no triangle uses vanish. Points and wedges
 /// are numbered in the order in which the triangles first name them.
 ///
 /// # Errors
@@ -56,8 +59,9 @@ pub fn weld(vertices: &Vertices) -> Result<Welded> {
     for (triangle, &group) in vertices.triangles.iter().zip(&vertices.groups) {
         welder.add(*triangle, group);
     }
-    let welded = welder.welded;
+    let mut welded = welder.welded;
     welded.mesh.validate()?;
+    separate_layers(&mut welded);
     Ok(welded)
 }
 

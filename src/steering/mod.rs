@@ -1,5 +1,6 @@
 //! What the user asks of the descent, as options and lists over the points of each mesh.
 
+mod colors;
 mod importance;
 mod scene_box;
 mod values;
@@ -13,6 +14,7 @@ use crate::error::{Error, Result};
 use crate::geometry::Geometry;
 use crate::limit::MemoryLimit;
 use crate::nodes::mesh_worlds;
+use colors::Colors;
 pub use importance::Importance;
 use importance::Map;
 use scene_box::SceneBox;
@@ -66,8 +68,6 @@ pub struct Steering {
 /// What is asked of one mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct MeshSteering {
-    /// The longest side of the scene's box over that of the mesh's, as large as the scene shows it.
-    attribute_scale: f64,
     /// How much longer a length of the mesh gets, at most, each time that the scene shows it.
     stretches: Vec<f64>,
     order: Order,
@@ -82,6 +82,7 @@ pub(crate) struct MeshSteering {
     /// One per point, or empty.
     locked: Vec<bool>,
     importance: Vec<f32>,
+    colors: Vec<[f32; 3]>,
 }
 
 impl Default for Steering {
@@ -143,6 +144,7 @@ impl Steering {
         let map = self.importance.map.as_deref().map(read).transpose()?;
         let worlds = mesh_worlds(asset)?;
         let scene = SceneBox::around(geometries, &worlds);
+        let mut colors = Colors::new(asset, limit);
         let steer = |geometry: &Geometry| {
             let worlds = worlds.get(&geometry.meshes[0]).map_or(&[][..], Vec::as_slice);
             let (stretch, stretches) = (largest_stretch(worlds), stretches(worlds));
@@ -150,7 +152,6 @@ impl Steering {
                 stretches,
                 order: self.order,
                 placement: self.placement,
-                attribute_scale: attribute_scale(&scene, geometry, stretch),
                 max_error: self.max_error.map(|error| error / stretch),
                 max_deviation: self.max_deviation.map(|share| share * scene.diagonal() / stretch),
                 max_turn: self.max_turn,
@@ -158,6 +159,10 @@ impl Steering {
                 keep_volume: self.keep_volume,
                 locked: self.locks(geometry, &materials)?,
                 importance: self.importance.of_points(geometry, map.as_ref(), worlds)?,
+                colors: match self.max_deviation {
+                    Some(_) => colors.of_points(geometry)?,
+                    None => Vec::new(),
+                },
             })
         };
         geometries.iter().map(steer).collect()
@@ -207,17 +212,9 @@ impl MeshSteering {
             join_distance: self.join_distance,
             keep_volume: self.keep_volume,
             importance: &self.importance,
+            colors: &self.colors,
             locked: &self.locked,
         }
-    }
-
-    /// The same among other meshes: normals and colors weigh against the extent of the scene, so that one
-    /// that is off costs alike in each.
-    pub(crate) fn options_in_scene(&self) -> Options<'_> {
-        let own = self.options();
-        let Weights { normal, color, .. } = own.weights;
-        let (normal, color) = (normal * self.attribute_scale, color * self.attribute_scale);
-        Options { weights: Weights { normal, color, ..own.weights }, ..own }
     }
 
     /// How much longer a length of the mesh gets in the scene, at most.
@@ -229,12 +226,6 @@ impl MeshSteering {
     pub(crate) fn stretches(&self) -> &[f64] {
         &self.stretches
     }
-}
-
-/// The longest side of the scene over that of a mesh, as large as the scene shows it.
-fn attribute_scale(scene: &SceneBox, geometry: &Geometry, stretch: f64) -> f64 {
-    let own = stretch * SceneBox::of(geometry).side();
-    if own > 0.0 { scene.side() / own } else { 1.0 }
 }
 
 /// The largest singular value of the linear parts of transforms; 1 if none has a size.

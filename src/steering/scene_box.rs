@@ -25,13 +25,6 @@ impl SceneBox {
         own
     }
 
-    /// Around a mesh as it lies.
-    pub(super) fn of(geometry: &Geometry) -> Self {
-        let mut own = Self { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
-        own.add(geometry, &DMat4::IDENTITY);
-        own
-    }
-
     fn add(&mut self, geometry: &Geometry, world: &DMat4) {
         for position in &geometry.welded.mesh.positions {
             let p = world.transform_point3(position.as_dvec3());
@@ -39,17 +32,8 @@ impl SceneBox {
         }
     }
 
-    fn size(&self) -> DVec3 {
-        (self.high - self.low).max(DVec3::ZERO)
-    }
-
-    /// The longest of its sides.
-    pub(super) fn side(&self) -> f64 {
-        self.size().max_element()
-    }
-
     /// From corner to corner.
     pub(super) fn diagonal(&self) -> f64 {
-        self.size().length()
+        (self.high - self.low).max(DVec3::ZERO).length()
     }
 }

@@ -55,14 +55,13 @@ impl Plan {
         metric: &Metric,
         mut is_legal: impl FnMut(&mut Self, DVec3) -> bool,
     ) -> Option<Candidate> {
-        let ends = self.points.map(|point| metric.positions[point]);
         let mut best: Option<Candidate> = None;
         for position in self.places(metric).into_iter().flatten() {
             let cost = self.total.evaluate(position);
             if best.is_some_and(|best| best.cost <= cost) {
                 continue;
             }
-            let cost = cost + EXPOSURE * self.exposure(ends, position);
+            let cost = cost + EXPOSURE * self.exposure(metric, position);
             if best.is_none_or(|best| cost < best.cost) && is_legal(self, position) {
                 best = Some(Candidate { cost, position });
             }
@@ -70,16 +69,17 @@ impl Plan {
         best
     }
 
-    /// How far either end would be off the triangles around `position`: squared, times the area
-    /// that the end stands for.
-    fn exposure(&self, ends: [DVec3; 2], position: DVec3) -> f64 {
+    /// How far the ends would be off the triangles around `position`: squared, times the area
+    /// that each end stands for.
+    fn exposure(&self, metric: &Metric, position: DVec3) -> f64 {
         let off = |end: DVec3| {
             let tip = position - end;
             let squares =
                 self.star.iter().map(|[a, b]| square_to_origin([tip, *a - end, *b - end]));
             squares.fold(f64::INFINITY, f64::min)
         };
-        self.areas[0] * off(ends[0]) + self.areas[1] * off(ends[1])
+        let ends = self.points.iter().map(|&point| metric.positions[point]);
+        ends.zip(&self.areas).map(|(end, area)| area * off(end)).sum()
     }
 
     /// Whether the surface stays a surface: the link condition (Dey et al., "Topology preserving
@@ -88,10 +88,10 @@ impl Plan {
     /// hole of three edges may close, and points without an edge between them may meet, where borders
     /// that lead to a common neighbor become one edge.
     pub(crate) fn keeps_topology(&mut self, topology: &Topology) -> bool {
-        for (side, point) in self.points.into_iter().enumerate() {
+        let [kept, gone] = [self.points[0], self.points[1]];
+        for (side, point) in [kept, gone].into_iter().enumerate() {
             topology.neighbors(point, &mut self.counts[side], &mut self.near[side]);
         }
-        let [kept, gone] = self.points;
         let triangles = self.counts[0].get(gone.index());
         let outline = |side: usize| on_outline(&self.counts[side], &self.near[side]);
         if triangles == Some(2) && outline(0) && outline(1) {

@@ -1,12 +1,13 @@
 //! One collapse: which wedges unify, where the point goes, whether that is legal, and doing it.
 //!
-//! Merging points i and j, the wedges that meet in a collapsing triangle unify: their quadrics
+//! Two points of an edge merge, or the three of a loop of edges around a handle or a neck. The wedges that meet in a collapsing triangle unify: their quadrics
 //! add. Every other wedge stays itself. The reduced quadrics of all resulting wedges and the
 //! points' own constraints add up to one quadric in position; its minimizer places the point, and
 //! each wedge then takes its own best attributes there. So a seam moves as one, and no number of
 //! wedges forbids a collapse.
 
 mod legal;
+mod loops;
 mod place;
 mod volume;
 
@@ -24,23 +25,26 @@ pub(crate) use volume::Plane;
 /// The merged wedges of a collapse and the quadrics they add up to. Reused from one collapse to
 /// the next, so that evaluating one allocates nothing.
 pub(crate) struct Plan {
-    points: [PointId; 2],
-    /// The wedges at both points, those of the first up to `first_wedges`, and which of the merged
-    /// wedges each becomes.
+    /// Those that merge, first the one that stays.
+    points: Vec<PointId>,
+    /// The wedges at them, point by point with where those of each end, and which of the merged wedges
+    /// each becomes.
     wedges: Vec<WedgeId>,
-    first_wedges: usize,
+    wedge_ends: Vec<usize>,
     merged_of: Vec<u32>,
     /// Per merged wedge: its first member, its summed quadric and whether a triangle still uses it.
     members: Vec<WedgeId>,
     quadrics: Vec<f64>,
     used: Vec<bool>,
-    /// The triangles that vanish, and the corners that survive at either point with the positions
+    /// The triangles that vanish, and the corners that survive at any of them with the positions
     /// of the other two of their triangles.
     vanishing: Vec<TriangleId>,
     surviving: Vec<CornerId>,
     star: Vec<[DVec3; 2]>,
-    /// The area that either point stands for.
-    areas: [f64; 2],
+    /// The points of the vanishing triangles that do not merge, once they are asked for.
+    rim: Vec<PointId>,
+    /// The area that each of them stands for.
+    areas: Vec<f64>,
     /// Cost as a function of position.
     total: PointQuadric,
     weight: f64,
@@ -60,13 +64,22 @@ pub(crate) struct Candidate {
     pub(crate) position: DVec3,
 }
 
+/// Area that a collapse takes, in the units of the metric.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct LostArea {
+    /// Of the whole surface.
+    pub(crate) all: f64,
+    /// As borders recede.
+    pub(crate) borders: f64,
+}
+
 impl Plan {
     /// An empty plan for meshes of so many points and wedges.
     pub(crate) fn new(points: usize, wedges: usize) -> Self {
         Self {
-            points: [PointId(0); 2],
+            points: Vec::new(),
             wedges: Vec::new(),
-            first_wedges: 0,
+            wedge_ends: Vec::new(),
             merged_of: Vec::new(),
             members: Vec::new(),
             quadrics: Vec::new(),
@@ -74,7 +87,8 @@ impl Plan {
             vanishing: Vec::new(),
             surviving: Vec::new(),
             star: Vec::new(),
-            areas: [0.0; 2],
+            rim: Vec::new(),
+            areas: Vec::new(),
             total: PointQuadric::default(),
             weight: 0.0,
             volume: None,
@@ -101,21 +115,38 @@ impl Plan {
         &self.surviving
     }
 
-    /// How much area a border loses if the merged point goes to `position`, below 0 if it gains some.
-    /// The sum of area vectors depends on the rim alone: where that is closed, nothing is lost.
-    pub(crate) fn eroded_area(&self, topology: &Topology, metric: &Metric, position: DVec3) -> f64 {
+    /// How far it is from `position` to the farthest point around it.
+    pub(crate) fn reach(&self, position: DVec3) -> f64 {
+        let squares = self.star.iter().flatten().map(|p| p.distance_squared(position));
+        squares.fold(0.0, f64::max).sqrt()
+    }
+
+    /// How much area goes if the merged point goes to `position`, below 0 if it grows: all of it, and what
+    /// borders lose of it. The sum of area vectors depends on the rim alone: where that is closed, no
+    /// border has receded, however much flatter the surface is.
+    pub(crate) fn lost_area(
+        &self,
+        topology: &Topology,
+        metric: &Metric,
+        position: DVec3,
+    ) -> LostArea {
         let vector = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a) / 2.0;
-        let (mut before, mut after) = (DVec3::ZERO, DVec3::ZERO);
+        let (mut before, mut after, mut all) = (DVec3::ZERO, DVec3::ZERO, 0.0);
         for &triangle in &self.vanishing {
-            before += vector(topology.points(triangle).map(|point| metric.positions[point]));
+            let own = vector(topology.points(triangle).map(|point| metric.positions[point]));
+            before += own;
+            all += own.length();
         }
         for &corner in &self.surviving {
             let mut p = topology.points(corner.triangle()).map(|point| metric.positions[point]);
-            before += vector(p);
+            let old = vector(p);
             p[corner.slot()] = position;
-            after += vector(p);
+            let new = vector(p);
+            before += old;
+            after += new;
+            all += old.length() - new.length();
         }
-        (before - after).dot(before.normalize_or_zero())
+        LostArea { all, borders: (before - after).dot(before.normalize_or_zero()) }
     }
 
     /// The area that the merged quadrics were summed over.
@@ -137,14 +168,14 @@ impl Plan {
             return a.distance_squared(b);
         }
         if let [Some(a), Some(b)] = points.map(|point| topology.sole_wedge(point)) {
-            self.points = points;
+            self.merge_of(&points);
             self.volume = None;
             let (a, b) = (metric.quadric(a), metric.quadric(b));
             self.total = quadric::reduce_sum(a, b);
             points.iter().for_each(|&point| self.total.add(&metric.constraints[point]));
             self.weight = quadric::weight(a) + quadric::weight(b);
         } else {
-            self.set(topology, metric, points);
+            self.set(topology, metric, &points);
         }
         match self.places(metric) {
             [Some(minimizer), ..] => self.total.evaluate(minimizer),
@@ -156,9 +187,14 @@ impl Plan {
         }
     }
 
-    /// Works out the collapse of the edge between two points.
-    pub(crate) fn set(&mut self, topology: &Topology, metric: &Metric, points: [PointId; 2]) {
-        self.points = points;
+    fn merge_of(&mut self, points: &[PointId]) {
+        self.points.clear();
+        self.points.extend_from_slice(points);
+    }
+
+    /// Works out the merging of the two points of an edge, or of the three of a loop.
+    pub(crate) fn set(&mut self, topology: &Topology, metric: &Metric, points: &[PointId]) {
+        self.merge_of(points);
         self.collect(topology, metric);
         self.unify(topology);
         self.sum(metric);
@@ -169,44 +205,48 @@ impl Plan {
     }
 
     fn collect(&mut self, topology: &Topology, metric: &Metric) {
-        let [kept, gone] = self.points;
         self.wedges.clear();
+        self.wedge_ends.clear();
         self.vanishing.clear();
         self.surviving.clear();
         self.star.clear();
         self.slots.clear();
-        for point in self.points {
+        for (at, &point) in self.points.iter().enumerate() {
             for corner in topology.corners(point) {
                 let wedge = topology.wedge(corner);
                 if self.slots.get(wedge.index()).is_none() {
                     self.slots.set(wedge.index(), self.wedges.len() as u32);
                     self.wedges.push(wedge);
                 }
-                let other = if point == kept { gone } else { kept };
                 let [a, b] = topology.others(corner);
-                if a != other && b != other {
+                let merges = |others: &[PointId]| others.contains(&a) || others.contains(&b);
+                if merges(&self.points[..at]) {
+                    continue;
+                }
+                if merges(&self.points[at + 1..]) {
+                    self.vanishing.push(corner.triangle());
+                } else {
                     self.surviving.push(corner);
                     self.star.push([metric.positions[a], metric.positions[b]]);
-                } else if point == kept {
-                    self.vanishing.push(corner.triangle());
                 }
             }
-            if point == kept {
-                self.first_wedges = self.wedges.len();
-            }
+            self.wedge_ends.push(self.wedges.len());
         }
     }
 
-    /// Joins the two wedges of each collapsing triangle, by union-find over the wedges at hand.
+    /// Joins the wedges of each collapsing triangle, by union-find over the wedges at hand.
     fn unify(&mut self, topology: &Topology) {
         self.sets.reset(self.wedges.len());
         for &triangle in &self.vanishing {
-            let [a, b] = self.points.map(|point| {
-                let slot = topology.slot_of(triangle, point).expect("a collapsing triangle");
-                let wedge = topology.wedge(triangle.corner(slot));
-                self.slots.get(wedge.index()).expect("a wedge of either point")
-            });
-            self.sets.join(a, b);
+            let mut first = None;
+            for (wedge, point) in
+                topology.wedges(triangle).into_iter().zip(topology.points(triangle))
+            {
+                if self.points.contains(&point) {
+                    let slot = self.slots.get(wedge.index()).expect("a wedge of a merging point");
+                    self.sets.join(*first.get_or_insert(slot), slot);
+                }
+            }
         }
         self.merged_of.clear();
         self.members.clear();
@@ -232,10 +272,15 @@ impl Plan {
         let stride = quadric::stride(metric.attributes);
         self.quadrics.clear();
         self.quadrics.resize(self.members.len() * stride, 0.0);
-        self.areas = [0.0; 2];
-        for (at, (&wedge, &merged)) in self.wedges.iter().zip(&self.merged_of).enumerate() {
-            self.areas[usize::from(at >= self.first_wedges)] +=
-                quadric::weight(metric.quadric(wedge));
+        self.areas.clear();
+        let mut start = 0;
+        for &end in &self.wedge_ends {
+            let weights =
+                self.wedges[start..end].iter().map(|&w| quadric::weight(metric.quadric(w)));
+            self.areas.push(weights.sum());
+            start = end;
+        }
+        for (&wedge, &merged) in self.wedges.iter().zip(&self.merged_of) {
             let packed = &mut self.quadrics[merged as usize * stride..][..stride];
             quadric::add(packed, metric.quadric(wedge));
         }
@@ -246,7 +291,7 @@ impl Plan {
     fn add_up(&mut self, metric: &Metric) {
         let stride = quadric::stride(metric.attributes);
         self.total = metric.constraints[self.points[0]];
-        self.total.add(&metric.constraints[self.points[1]]);
+        self.points[1..].iter().for_each(|&point| self.total.add(&metric.constraints[point]));
         self.weight = 0.0;
         for packed in self.quadrics.chunks_exact(stride) {
             self.total.add(&quadric::reduce(packed));
@@ -256,11 +301,11 @@ impl Plan {
 
     /// Which merged wedge one of the wedges at hand becomes.
     fn merged(&self, wedge: WedgeId) -> usize {
-        let slot = self.slots.get(wedge.index()).expect("a wedge of either point");
+        let slot = self.slots.get(wedge.index()).expect("a wedge of a merging point");
         self.merged_of[slot as usize] as usize
     }
 
-    /// Does the collapse: the second point merges into the first, at `position`. A merged wedge
+    /// Does the collapse: all points merge into the first, at `position`. A merged wedge
     /// that no triangle uses any more leaves its reduced quadric with the point, so the shape it
     /// saw is not forgotten.
     pub(crate) fn apply(&mut self, topology: &mut Topology, metric: &mut Metric, position: DVec3) {
@@ -272,12 +317,14 @@ impl Plan {
             let member = self.members[self.merged(topology.wedge(corner))];
             topology.set_wedge(corner, member);
         }
-        let [kept, gone] = self.points;
-        topology.merge(kept, gone, &mut self.counts[0]);
+        let kept = self.points[0];
+        let mut constraint = metric.constraints[kept];
+        for &gone in &self.points[1..] {
+            topology.merge(kept, gone, &mut self.counts[0]);
+            constraint.add(&metric.constraints[gone]);
+        }
         topology.set_sole_wedge(kept, self.sole_member());
         metric.positions[kept] = position;
-        let mut constraint = metric.constraints[kept];
-        constraint.add(&metric.constraints[gone]);
         let (stride, attributes) = (quadric::stride(metric.attributes), metric.attributes);
         for (merged, &member) in self.members.iter().enumerate() {
             let packed = &self.quadrics[merged * stride..][..stride];
@@ -329,7 +376,7 @@ mod tests {
         let space = Arc::new(Space::new(mesh, Weights::default()));
         let (topology, metric) = (of(mesh), Stage::new(mesh, &space).metric);
         let mut plan = Plan::new(mesh.positions.len(), mesh.wedge_points.len());
-        plan.set(&topology, &metric, points.map(PointId));
+        plan.set(&topology, &metric, &points.map(PointId));
         (topology, metric, plan)
     }
 

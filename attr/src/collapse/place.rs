@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::Plan;
-use crate::id::WedgeId;
+use crate::id::{PointId, WedgeId};
 use crate::metric::Metric;
 use crate::options::Placement;
 use crate::quadric;
@@ -16,21 +16,23 @@ const PULL: f64 = 1e-4;
 const REACH: f64 = 2.0;
 
 impl Plan {
-    /// The places worth trying: the minimizer if it lies near the edge, then both ends and the
+    /// The places worth trying: the minimizer if it lies near the edge, then its ends and the
     /// midpoint; all of them moved to where the volume is kept, if it is to be.
-    pub(super) fn places(&self, metric: &Metric) -> [Option<DVec3>; 4] {
-        let [a, b] = self.points.map(|point| metric.positions[point]);
-        let middle = (a + b) / 2.0;
+    pub(super) fn places(&self, metric: &Metric) -> [Option<DVec3>; 5] {
+        let at = |end: usize| self.points.get(end).map(|&point| metric.positions[point]);
+        let (a, b, c) = (metric.positions[self.points[0]], metric.positions[self.points[1]], at(2));
+        let middle = c.map_or((a + b) / 2.0, |c| (a + b + c) / 3.0);
         match metric.space.placement {
             Placement::Best => {}
-            Placement::Ends => return [None, Some(a), Some(b), None],
-            Placement::Middle => return [None, None, None, Some(middle)],
+            Placement::Ends => return [None, Some(a), Some(b), None, c],
+            Placement::Middle => return [None, None, None, Some(middle), None],
         }
-        let reach = REACH * REACH * a.distance_squared(b);
+        let longest = c.map_or(0.0, |c| a.distance_squared(c).max(b.distance_squared(c)));
+        let reach = REACH * REACH * a.distance_squared(b).max(longest);
         let best = minimize(&self.total, middle, PULL * self.weight, self.volume)
             .filter(|best| best.distance_squared(middle) <= reach);
         let keep = |place| Some(self.volume.map_or(place, |plane| plane.foot(place)));
-        [best, keep(a), keep(b), keep(middle)]
+        [best, keep(a), keep(b), keep(middle), c.and_then(keep)]
     }
 
     /// Fills the rows of the merged wedges with their best attributes at `position`.
@@ -54,10 +56,10 @@ impl Plan {
 
     /// Gives merged wedges the row of the last wedge that they had at the end that stays.
     fn keep_rows(&mut self, metric: &Metric, position: DVec3) {
-        let is_first = metric.positions[self.points[0]] == position;
-        let own =
-            if is_first { 0..self.first_wedges } else { self.first_wedges..self.wedges.len() };
-        for at in own {
+        let stays = |&point: &PointId| metric.positions[point] == position;
+        let Some(end) = self.points.iter().position(stays) else { return };
+        let start = end.checked_sub(1).map_or(0, |before| self.wedge_ends[before]);
+        for at in start..self.wedge_ends[end] {
             let row = self.merged_of[at] as usize * metric.attributes;
             self.row[row..][..metric.attributes].copy_from_slice(metric.row(self.wedges[at]));
         }

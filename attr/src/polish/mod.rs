@@ -88,6 +88,8 @@ pub(crate) struct Guards<'a> {
     pub(crate) turn_cosine: f64,
     /// Whether the volume stays what it is.
     pub(crate) keep_volume: bool,
+    /// How far a point may move from where it was, in the units of the mesh.
+    pub(crate) max_move: f64,
 }
 
 impl Default for Polish {

@@ -24,6 +24,7 @@ pub(super) struct Descended {
     free: Vec<bool>,
     turn_cosine: f64,
     keep_volume: bool,
+    max_move: f64,
 }
 
 impl Descended {
@@ -35,6 +36,7 @@ impl Descended {
             free: free_points(level, guards.locked),
             turn_cosine: guards.turn_cosine,
             keep_volume: guards.keep_volume,
+            max_move: guards.max_move,
         }
     }
 }
@@ -64,7 +66,7 @@ pub(super) fn fit(
     let moves = system.solve(&graph.sum_corners(&right), free, ITERATIONS, TOLERANCE);
     let moved =
         mesh.positions.iter().zip(&moves).map(|(p, by)| (p.as_dvec3() + *by).as_vec3()).collect();
-    let moved = keep_shape(mesh, descended, moved);
+    let moved = keep_shape(mesh, descended, keep_near(mesh, descended, moved));
     if descended.keep_volume {
         keep_shape(mesh, descended, restore(mesh, moved, free))
     } else {
@@ -117,6 +119,17 @@ fn free_points(mesh: &Mesh, locked: &[bool]) -> Vec<bool> {
         }
     });
     free
+}
+
+/// `moved` without the points that would come too far from where the descent left them; those stay where
+/// the last round left them.
+fn keep_near(level: &Mesh, descended: &Descended, mut moved: Vec<Vec3>) -> Vec<Vec3> {
+    for (point, p) in moved.iter_mut().enumerate() {
+        if f64::from(p.distance(descended.positions[point])) > descended.max_move {
+            *p = level.positions[point];
+        }
+    }
+    moved
 }
 
 /// `moved` without the points of every triangle that would turn or become a sliver, as seen from

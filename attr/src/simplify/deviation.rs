@@ -3,11 +3,11 @@
 //! A cost is an area times a squared distance, so a corner of a floor may go as cheaply as a bump of a
 //! ball, and once all that is cheap is gone or barred whatever is left is taken. Here no step is done
 //! that leaves a point of the reference, the surface as it was when the descent began, farther than a
-//! limit from what is left, or puts a triangle farther than that from the reference; and borders and
-//! shells that go may add up to a share of the area.
+//! limit from what is left, or puts a triangle farther than that from the reference; and what recedes at
+//! borders, gets thinner and vanishes may add up to a share of the area.
 //!
-//! Each point carries samples of the reference, its points and the middles of its large triangles, and a
-//! bound on how far the surface around it is off: a collapse to x maps the triangles around a and b to
+//! Each point carries samples of the reference, its points and places spread over its large triangles,
+//! and a bound on how far the surface around it is off: a collapse to x maps the triangles around a and b to
 //! those around x, and moves no place of them farther than x is from a or b. While the bound keeps to
 //! the limit nothing is asked. Beyond, the samples of a and b look for the triangles around x and places
 //! on these for the reference, and what is found is the bound from then on. (One-sided distances on both
@@ -30,12 +30,20 @@ const NONE: u32 = u32::MAX;
 /// So many samples of a point are asked at most, spread evenly over its list.
 const MOST_ASKED: usize = 256;
 
+/// A side of a triangle of the reference is cut into so many samples at most, and one of a triangle that is
+/// looked at into so many places.
+const MOST_A_SIDE: usize = 16;
+const MOST_A_SIDE_ASKED: usize = 6;
+
+/// Triangles of sides above so many times the limit are features themselves.
+const LARGE: f64 = 4.0;
+
 /// What a descent may lose.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Limits {
     /// How far the surface may be off, in the units of the metric.
     pub(crate) deviation: f64,
-    /// The share of its area that borders and shells may lose.
+    /// The share of its area that may go.
     pub(crate) area: f64,
 }
 
@@ -68,9 +76,15 @@ struct Step {
 }
 
 impl DeviationGuard {
-    /// A guard of the surface as it stands.
-    pub(super) fn new(topology: &Topology, metric: &Metric, limits: Limits) -> Self {
-        let (reference, points) = (Reference::new(topology, metric), metric.positions.len());
+    /// A guard of the surface as it stands, with the colors of its points if there are any.
+    pub(super) fn new(
+        topology: &Topology,
+        metric: &Metric,
+        colors: Vec<[f32; 3]>,
+        limits: Limits,
+    ) -> Self {
+        let points = metric.positions.len();
+        let reference = Reference::new(topology, metric, colors);
         let mut guard = Self {
             limit: limits.deviation,
             may_lose: 0.0,
@@ -86,14 +100,15 @@ impl DeviationGuard {
         };
         let triangles: Vec<[PointId; 3]> = guard.reference.triangles().collect();
         for points in triangles {
-            let [a, b, c] = points.map(|point| metric.positions[point]);
+            let corners = points.map(|point| metric.positions[point]);
+            let [a, b, c] = corners;
             guard.may_lose += limits.area * (b - a).cross(c - a).length() / 2.0;
-            let longest = [a - b, b - c, c - a].map(DVec3::length).into_iter().fold(0.0, f64::max);
-            if longest > guard.limit {
+            for place in spread(corners, guard.limit, MOST_A_SIDE) {
                 let sample = guard.samples.len() as u32;
-                guard.samples.push((a + b + c) / 3.0);
+                guard.samples.push(place);
                 guard.next.push(NONE);
-                guard.carry(sample, points[0]);
+                let corner = nearest_corner(place, [0, 1, 2].map(|k| (points[k], corners[k])));
+                guard.carry(sample, corner);
             }
         }
         guard
@@ -127,18 +142,25 @@ impl DeviationGuard {
         metric: &Metric,
         position: DVec3,
     ) -> bool {
-        let eroded = plan.eroded_area(topology, metric, position);
-        self.trial.lost = (self.lost + eroded).max(0.0);
-        if eroded > 0.0 && self.trial.lost > self.may_lose {
+        let moved = plan.points().iter().map(|&p| metric.positions[p].distance(position));
+        let moved = moved.fold(0.0, f64::max);
+        // A triangle may be off where its corners are not.
+        let around = plan.surviving().iter().flat_map(|&corner| topology.others(corner));
+        let around = around.chain(plan.points().iter().copied()).map(|point| self.bounds[point]);
+        self.trial.bound = around.fold(0.0, f64::max) + moved;
+        let is_coarse = self.trial.bound > self.limit;
+        // Where triangles are small the surface is smoothed, where they are large it gets thinner.
+        let is_large = plan.reach(position) > LARGE * self.limit;
+        let area = plan.lost_area(topology, metric, position);
+        let lost = if is_coarse || is_large { area.all } else { area.borders };
+        self.trial.lost = self.lost + lost;
+        if lost > 0.0 && self.trial.lost > self.may_lose {
             return false;
         }
-        let off =
-            |&point: &PointId| self.bounds[point] + metric.positions[point].distance(position);
-        self.trial.bound = plan.points().iter().map(off).fold(0.0, f64::max);
         self.trial.carriers.clear();
-        let allowed = self.trial.bound <= self.limit || {
+        let allowed = !is_coarse || {
             let star = Star::new(plan, topology, metric, position);
-            self.is_covered(&star) && self.is_near_reference(&star)
+            self.is_covered(&star) && self.stays_near(&star)
         };
         if allowed {
             std::mem::swap(&mut self.step, &mut self.trial);
@@ -167,32 +189,31 @@ impl DeviationGuard {
         farthest <= square
     }
 
-    /// Whether places on the triangles around the point that is left are near the reference: itself, the
-    /// middles of the edges there and of the triangles.
-    fn is_near_reference(&self, star: &Star<'_>) -> bool {
+    /// Whether the triangles around the point that is left are near the reference: the point itself, and
+    /// places on each.
+    fn stays_near(&mut self, star: &Star<'_>) -> bool {
         let x = star.position;
-        let edges = star.rim.iter().flat_map(|&(_, [a, b])| [(x + a) / 2.0, (x + b) / 2.0]);
-        let middles = star.rim.iter().map(|&(_, [a, b])| (x + a + b) / 3.0);
-        let mut places = std::iter::once(x).chain(middles).chain(edges);
-        places.all(|place| self.reference.is_near(place, self.limit))
+        let spread = |[a, b]: [DVec3; 2]| {
+            let middle = std::iter::once((x + a + b) / 3.0);
+            middle.chain(spread([x, a, b], self.limit, MOST_A_SIDE_ASKED))
+        };
+        let places = std::iter::once(x).chain(star.rim.iter().flat_map(|&(_, ends)| spread(ends)));
+        let mut farthest = self.trial.bound;
+        for place in places {
+            let Some(square) = self.reference.square_to(place, self.limit) else { return false };
+            farthest = farthest.max(square.sqrt());
+        }
+        self.trial.bound = farthest;
+        true
     }
 
     /// Notes that what was allowed last is done.
     pub(super) fn keep(&mut self, plan: &Plan) {
-        let [kept, gone] = [plan.points()[0], plan.points()[1]];
+        let kept = plan.points()[0];
         self.lost = self.step.lost;
         self.bounds[kept] = self.step.bound;
         if self.step.carriers.is_empty() {
-            let first = std::mem::replace(&mut self.first[gone], NONE);
-            let last = std::mem::replace(&mut self.last[gone], NONE);
-            if first == NONE {
-                return;
-            }
-            match self.last[kept] {
-                NONE => self.first[kept] = first,
-                end => self.next[end as usize] = first,
-            }
-            self.last[kept] = last;
+            plan.points()[1..].iter().for_each(|&gone| self.hand_over(gone, kept));
             return;
         }
         for &point in plan.points() {
@@ -201,6 +222,27 @@ impl DeviationGuard {
         let carriers = std::mem::take(&mut self.step.carriers);
         carriers.iter().for_each(|&(sample, point)| self.carry(sample, point));
         self.step.carriers = carriers;
+    }
+
+    /// Adds the list of a point that is gone to that of another.
+    fn hand_over(&mut self, gone: PointId, kept: PointId) {
+        let first = std::mem::replace(&mut self.first[gone], NONE);
+        let last = std::mem::replace(&mut self.last[gone], NONE);
+        if first == NONE {
+            return;
+        }
+        match self.last[kept] {
+            NONE => self.first[kept] = first,
+            end => self.next[end as usize] = first,
+        }
+        self.last[kept] = last;
+    }
+
+    /// How a shell that consists of `points` differs in color from what lies behind it: 0 to 1.
+    pub(super) fn contrast(&self, points: &[PointId]) -> f64 {
+        let contrasts = points.iter().filter_map(|&point| self.reference.contrast(point, points));
+        let (sum, count) = contrasts.fold((0.0, 0), |(sum, count), x| (sum + x, count + 1));
+        if count == 0 { 0.0 } else { sum / f64::from(count) }
     }
 
     /// Whether a shell of so much area that consists of `points` may vanish: what it stands for is near
@@ -272,6 +314,18 @@ impl<'a> Star<'a> {
             }
         }
     }
+}
+
+/// Places of a triangle a `spacing` apart along its sides, but its corners: none if it is smaller.
+fn spread([a, b, c]: [DVec3; 3], spacing: f64, most_a_side: usize) -> impl Iterator<Item = DVec3> {
+    let longest = [a - b, b - c, c - a].map(DVec3::length).into_iter().fold(0.0, f64::max);
+    let n = ((longest / spacing).ceil() as usize).clamp(1, most_a_side);
+    let rows = (0..=n).flat_map(move |i| (0..=n - i).map(move |j| [i, j, n - i - j]));
+    let inner = rows.filter(move |row| row.iter().all(|&at| at < n));
+    inner.map(move |row| {
+        let [u, v, w] = row.map(|at| at as f64 / n as f64);
+        a * u + b * v + c * w
+    })
 }
 
 /// Which of the corners of a triangle is nearest to a place.

@@ -3,6 +3,7 @@
 
 mod deviation;
 mod item;
+mod loops;
 mod pairs;
 mod reference;
 mod shells;
@@ -141,8 +142,9 @@ impl<'a> Descent<'a> {
 
     /// Keeps the surface within `limits` from here on, if there are any.
     pub(crate) fn guard(&mut self, limits: Option<Limits>) {
-        let guard = |limits| DeviationGuard::new(&self.topology, &self.metric, limits);
-        self.guard = limits.map(guard);
+        let Some(limits) = limits else { return };
+        let colors = self.metric.space.colors_of(&self.point_sources);
+        self.guard = Some(DeviationGuard::new(&self.topology, &self.metric, colors, limits));
     }
 
     /// How many of its points may move.
@@ -204,6 +206,7 @@ impl<'a> Descent<'a> {
                 Item::Edge(edge) => self.collapse(edge, turn),
                 Item::Shell(point) => self.vanish(point, turn),
                 Item::Pair(pair) => self.join(pair, turn),
+                Item::Loop(edge) => self.close_loop(edge, turn),
             };
             match step {
                 Ok(triangles) => {
@@ -227,7 +230,7 @@ impl<'a> Descent<'a> {
         if self.must_wait(item, price, turn) {
             return Ok(0);
         }
-        self.plan.set(&self.topology, &self.metric, points);
+        self.plan.set(&self.topology, &self.metric, &points);
         if self.plan.is_void() { Ok(0) } else { self.merge(item, price, points, turn) }
     }
 
@@ -247,24 +250,31 @@ impl<'a> Descent<'a> {
         {
             return Ok(0);
         }
-        let legal = cheapest.filter(|_| self.plan.keeps_topology(&self.topology));
-        let best = legal.and_then(|cheapest| self.best(cheapest));
-        let Some(Candidate { cost, position }) = best else {
+        let keeps_topology = self.plan.keeps_topology(&self.topology);
+        let legal = cheapest.filter(|_| keeps_topology);
+        let Some(best) = legal.and_then(|cheapest| self.best(cheapest)) else {
             self.reject(price, item, points[0]);
+            if let (false, Item::Edge(edge)) = (keeps_topology, item) {
+                self.queue_loop(edge);
+            }
             return Ok(0);
         };
-        if !by_length && self.must_wait(item, cost, turn) {
+        if !by_length && self.must_wait(item, best.cost, turn) {
             return Ok(0);
         }
+        self.apply(best)
+    }
+
+    /// Does what is planned, unless it passes the error limit. Returns how many triangles went.
+    fn apply(&mut self, Candidate { cost, position }: Candidate) -> Result<usize, Stop> {
         self.charge(cost, self.plan.weight())?;
-        let before = self.triangles();
-        self.inherit(points, position);
-        self.pairs.merge(points);
+        let (before, kept) = (self.triangles(), self.plan.points()[0]);
+        self.inherit(position);
         if let Some(guard) = &mut self.guard {
             guard.keep(&self.plan);
         }
         self.plan.apply(&mut self.topology, &mut self.metric, position);
-        self.retry_around(points[0]);
+        self.retry_around(kept);
         Ok(before - self.triangles())
     }
 
@@ -299,10 +309,17 @@ impl<'a> Descent<'a> {
         Ok(())
     }
 
-    /// Passes on what the merged point and its wedges stand for: the end that lies nearer.
-    fn inherit(&mut self, [kept, gone]: [PointId; 2], position: glam::DVec3) {
+    /// Passes on what the merged point and its wedges stand for: the end that lies nearest.
+    fn inherit(&mut self, position: glam::DVec3) {
         let distance = |point: PointId| self.metric.positions[point].distance_squared(position);
-        let nearer = if distance(gone) < distance(kept) { gone } else { kept };
+        let kept = self.plan.points()[0];
+        let mut nearer = kept;
+        for &gone in &self.plan.points()[1..] {
+            self.pairs.merge([kept, gone]);
+            if distance(gone) < distance(nearer) {
+                nearer = gone;
+            }
+        }
         let old = self.point_sources[nearer];
         self.point_sources[kept] = old;
         let ends = self.metric.space.placement == Placement::Ends;
@@ -346,7 +363,7 @@ impl<'a> Descent<'a> {
         for (price, item) in self.rejected.drain(..) {
             let is_aside = match item {
                 Item::Edge(edge) => std::mem::take(&mut self.aside[edge]),
-                Item::Shell(_) | Item::Pair(_) => true,
+                Item::Shell(_) | Item::Pair(_) | Item::Loop(_) => true,
             };
             if is_aside {
                 self.queue.push(price, item.pack());

@@ -99,7 +99,7 @@ impl Descent<'_> {
         if points.iter().any(is_gone) {
             return Ok(0);
         }
-        self.plan.set(&self.topology, &self.metric, points);
+        self.plan.set(&self.topology, &self.metric, &points);
         // What has got an edge by now waits as that.
         if !self.plan.is_void() {
             return Ok(0);

@@ -7,7 +7,7 @@ use glam::{DVec3, Vec3};
 use crate::id::{PointId, TriangleId};
 use crate::metric::Metric;
 use crate::sets::DisjointSets;
-use crate::surface::Surface;
+use crate::surface::{Foot, Surface};
 use crate::topology::Topology;
 
 /// A surface as it was, in the space of the metric.
@@ -18,13 +18,15 @@ pub(super) struct Reference {
     surface: OnceLock<Surface>,
     /// Per point: the shell that it belonged to, named by its least point.
     shells: Vec<u32>,
+    /// One per point, sRGB in 0…1, or empty.
+    colors: Vec<[f32; 3]>,
     /// Per point: whether the shell of this name has vanished.
     vanished: Vec<bool>,
 }
 
 impl Reference {
-    /// The surface as it stands.
-    pub(super) fn new(topology: &Topology, metric: &Metric) -> Self {
+    /// The surface as it stands, with the colors of its points if there are any.
+    pub(super) fn new(topology: &Topology, metric: &Metric, colors: Vec<[f32; 3]>) -> Self {
         let points = metric.positions.len();
         let all = (0..topology.triangle_edges().len()).map(TriangleId::new);
         let live = all.filter(|&t| topology.is_live(t));
@@ -39,6 +41,7 @@ impl Reference {
             triangles,
             surface: OnceLock::new(),
             shells: (0..points as u32).map(|point| sets.root(point)).collect(),
+            colors,
             vanished: vec![false; points],
         }
     }
@@ -48,20 +51,40 @@ impl Reference {
         self.triangles.iter().map(|t| t.map(PointId))
     }
 
-    /// Whether it has a place within `limit` of `p`.
-    pub(super) fn is_near(&self, p: DVec3, limit: f64) -> bool {
-        self.surface().closest_foot(p, limit, |_| true).is_some()
+    /// The squared distance of `p` to it, if that is at most `limit` squared.
+    pub(super) fn square_to(&self, p: DVec3, limit: f64) -> Option<f64> {
+        self.surface().closest_foot(p, limit, |_| true).map(|foot| foot.distance_squared)
     }
 
     /// Whether shells other than those of `points` that are still there have a place within `limit` of
     /// `p`.
     pub(super) fn is_near_others(&self, p: DVec3, limit: f64, points: &[PointId]) -> bool {
+        self.nearest_of_others(p, limit, points).is_some()
+    }
+
+    /// How the color of a point differs from that of the nearest place on shells other than those of
+    /// `points`: RMS over the channels. `None` if there are none, or no colors.
+    pub(super) fn contrast(&self, point: PointId, points: &[PointId]) -> Option<f64> {
+        let own = self.colors.get(point.index())?;
+        let place = self.positions[point].as_dvec3();
+        let foot = self.nearest_of_others(place, f64::INFINITY, points)?;
+        let corners = self.triangles[foot.triangle.index()].map(|at| self.colors[at as usize]);
+        let squares = (0..3).map(|channel| {
+            let behind: f64 = (0..3)
+                .map(|slot| foot.barycentrics[slot] * f64::from(corners[slot][channel]))
+                .sum();
+            (behind - f64::from(own[channel])).powi(2)
+        });
+        Some((squares.sum::<f64>() / 3.0).sqrt())
+    }
+
+    fn nearest_of_others(&self, p: DVec3, limit: f64, points: &[PointId]) -> Option<Foot> {
         let accept = |triangle: TriangleId| {
             let shell = self.shells[self.triangles[triangle.index()][0] as usize];
             !self.vanished[shell as usize]
                 && !points.iter().any(|p| self.shells[p.index()] == shell)
         };
-        self.surface().closest_foot(p, limit, accept).is_some()
+        self.surface().closest_foot(p, limit, accept)
     }
 
     /// Notes that the shells of `points` have vanished.

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Descent, Item, Stop};
+use super::{Descent, DeviationGuard, Item, Stop};
 use crate::id::{PointId, TriangleId};
 use crate::marks::Marks;
 use crate::metric::Metric;
@@ -12,6 +12,16 @@ use crate::topology::Topology;
 /// Shells of up to this many triangles may vanish as a whole once none of their edges can
 /// collapse. A closed shell can't go below four triangles, and a sharp one sticks somewhat above.
 const SMALL: usize = 16;
+
+/// How much a difference in color between a shell and what lies behind it counts beside one in vertex colors.
+const CONTRAST: f64 = 20.0;
+
+/// The end of a shell, in the units of the metric.
+struct End {
+    area: f64,
+    radius: f64,
+    cost: f64,
+}
 
 impl Descent<'_> {
     /// Takes a small shell out, unless it is all there is, holds a locked point or costs more than
@@ -24,55 +34,51 @@ impl Descent<'_> {
         if shell.iter().any(|&t| self.topology.points(t).iter().any(|&p| self.is_locked(p))) {
             return Ok(0);
         }
-        let (area, radius) = measure(&shell, &self.topology, &self.metric);
-        let area = self.importance(point) * area;
-        let cost = self.shell_cost(area, radius);
-        if self.queue.has_cheaper(turn * cost) {
-            self.queue.push(cost, Item::Shell(point).pack());
+        let end = self.end_of(&shell);
+        if self.queue.has_cheaper(turn * end.cost) {
+            self.queue.push(end.cost, Item::Shell(point).pack());
             return Ok(0);
         }
-        if !self.lets_vanish(&shell) {
+        let points = points_of(&shell, &self.topology);
+        let lets = |guard: &mut DeviationGuard| guard.lets_vanish(&points, end.area);
+        if !self.guard.as_mut().is_none_or(lets) {
             self.is_held_back = true;
-            self.rejected.push((cost, Item::Shell(point)));
+            self.rejected.push((end.cost, Item::Shell(point)));
             return Ok(0);
         }
-        self.charge(area * radius * radius, area)?;
+        self.charge(end.area * end.radius * end.radius, end.area)?;
         for &triangle in &shell {
             self.topology.remove(triangle);
         }
         Ok(shell.len())
     }
 
-    /// Whether a shell may vanish without leaving the source bare.
-    fn lets_vanish(&mut self, shell: &[TriangleId]) -> bool {
-        let Some(guard) = &mut self.guard else { return true };
-        let mut points: Vec<PointId> =
-            shell.iter().flat_map(|&triangle| self.topology.points(triangle)).collect();
-        points.sort_unstable();
-        points.dedup();
-        guard.lets_vanish(&points, measure(shell, &self.topology, &self.metric).0)
-    }
-
-    /// Queues the end of a point's shell if that is small: its area off by its radius.
+    /// Queues the end of a point's shell if that is small.
     pub(super) fn queue_shell(&mut self, point: PointId) {
-        if let Some(shell) = small_shell(&self.topology, point, &mut self.counts) {
-            let (area, radius) = measure(&shell, &self.topology, &self.metric);
-            let cost = self.shell_cost(self.importance(point) * area, radius);
-            self.queue.push(cost, Item::Shell(point).pack());
+        if let Some(shell) = small_shell(&self.topology, point, &mut self.counts)
+            && let Some(&first) = shell.first()
+        {
+            // One item a shell, whichever of its points was asked.
+            let name = self.topology.points(first)[0];
+            self.queue.push(self.end_of(&shell).cost, Item::Shell(name).pack());
         }
     }
 
-    /// What costs at a point are multiplied by.
-    fn importance(&self, point: PointId) -> f64 {
-        self.metric.space.importance(self.point_sources[point])
-    }
-
-    /// What orders the end of a shell among the edges.
-    fn shell_cost(&self, area: f64, radius: f64) -> f64 {
-        match self.metric.space.cost {
-            Cost::Quadric => area * radius * radius,
+    /// What the end of a shell costs: its area off by its radius, and by its contrast to what lies behind.
+    /// A lamp is small, and missed.
+    fn end_of(&self, shell: &[TriangleId]) -> End {
+        let (area, radius) = measure(shell, &self.topology, &self.metric);
+        let points = points_of(shell, &self.topology);
+        let space = &self.metric.space;
+        let importance = |&point: &PointId| space.importance(self.point_sources[point]);
+        let importance = points.iter().map(importance).fold(0.0, f64::max);
+        let contrast = self.guard.as_ref().map_or(0.0, |guard| guard.contrast(&points));
+        let contrast = CONTRAST * space.weights.color * contrast;
+        let cost = match space.cost {
+            Cost::Quadric => importance * area * (radius * radius + contrast * contrast),
             Cost::EdgeLength => 4.0 * radius * radius,
-        }
+        };
+        End { area, radius, cost }
     }
 }
 
@@ -100,6 +106,14 @@ fn small_shell(topology: &Topology, point: PointId, seen: &mut Marks) -> Option<
         }
     }
     Some(shell)
+}
+
+/// The points of triangles, each once.
+fn points_of(shell: &[TriangleId], topology: &Topology) -> Vec<PointId> {
+    let mut points: Vec<PointId> = shell.iter().flat_map(|&t| topology.points(t)).collect();
+    points.sort_unstable();
+    points.dedup();
+    points
 }
 
 /// The area and the radius of a shell, in the units of the metric.

@@ -5,14 +5,13 @@ mod forms;
 mod furniture;
 mod machines;
 mod outdoors;
-mod prop;
+pub(crate) mod prop;
 mod solid;
 mod structures;
 
 use super::build::Build;
 use super::output::Output;
 use prop::Prop;
-pub(crate) use prop::color_areas;
 
 /// A prop by name.
 #[derive(Clone, Copy, Debug)]
