@@ -9,11 +9,12 @@ use seamwise_texture::{
 };
 use serde_json::Value;
 
-use crate::asset::{Asset, EncodedImage};
+use crate::asset::Asset;
 use crate::charts::{Charts, Reads};
 use crate::error::{Error, Result};
 use crate::geometry::check_size;
-use crate::images::{Encoding, decode, encode_anew};
+use crate::image_file::codec::{Encoding, decode, encode_anew};
+use crate::image_file::encoded::EncodedImage;
 use crate::limit::MemoryLimit;
 use crate::primitive::Primitive;
 use crate::seams::seams_of_images;
@@ -277,8 +278,8 @@ pub fn encode_repaired(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::asset::ImageFormat;
-    use crate::images::encode;
+    use crate::image_file::codec::encode;
+    use crate::image_file::encoded::ImageFormat;
     use glam::Vec2;
     use serde_json::json;
 

@@ -8,7 +8,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 use seamwise_attr::Level;
 
-use crate::asset::{Asset, EncodedImage};
+use crate::asset::Asset;
 use crate::atlas::{ImageRepair, encode_repaired, repair_all};
 use crate::chains::{polish_all, simplify_all, triangle_count};
 use crate::digest::digest;
@@ -18,7 +18,8 @@ use crate::error::Result;
 use crate::evaluate::load::{TextureCache, load};
 use crate::evaluate::{self, Reference};
 use crate::geometry::Geometry;
-use crate::images::Encoding;
+use crate::image_file::codec::Encoding;
+use crate::image_file::encoded::EncodedImage;
 use crate::levels::{DressedLevel, LevelMesh, level_asset};
 use crate::options::{BakeOptions, BudgetPer, Textures};
 use crate::progress::Progress;

@@ -4,12 +4,13 @@ use rayon::prelude::*;
 use seamwise_attr::Level;
 use serde_json::{Value, json};
 
-use crate::asset::{Asset, EncodedImage};
+use crate::asset::Asset;
 use crate::certificate::{Screen, certificate, certify};
 use crate::dress::LevelTextures;
 use crate::error::Result;
 use crate::evaluate::Metrics;
 use crate::geometry::Geometry;
+use crate::image_file::encoded::EncodedImage;
 use crate::levels::{Coverage, DressedLevel, LevelMesh, chain_asset};
 use crate::options::BakeOptions;
 use crate::output::Layout;

@@ -5,9 +5,10 @@ use std::sync::Arc;
 
 use serde_json::{Value, json};
 
-use crate::asset::{Asset, EncodedImage};
+use crate::asset::Asset;
 use crate::error::{Error, Result};
 use crate::geometry::Geometry;
+use crate::image_file::encoded::EncodedImage;
 use crate::pack::{Packer, put};
 use crate::textures::slots;
 

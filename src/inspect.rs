@@ -11,7 +11,7 @@ use crate::atlas::{Atlas, atlases};
 use crate::charts::Reads;
 use crate::error::{Error, Result};
 use crate::geometry::{Geometry, check_size};
-use crate::images::decode;
+use crate::image_file::codec::decode;
 use crate::limit::MemoryLimit;
 
 /// What was found, in schema 1.

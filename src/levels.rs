@@ -10,12 +10,13 @@ use seamwise_attr::Level;
 use serde_json::{Map, Value, json};
 
 use crate::accessor::Elements;
-use crate::asset::{Asset, EncodedImage};
+use crate::asset::Asset;
 use crate::certificate::Screen;
 use crate::dress::{LevelTextures, PartTextures, dress, dress_apart};
 use crate::error::{Error, Result};
 use crate::extensions::name_extension;
 use crate::geometry::{Geometry, Part};
+use crate::image_file::encoded::EncodedImage;
 use crate::layout::{Layout, Shown, add_levels, add_suffix, place_on_grid, push};
 use crate::nodes::world_nodes;
 use crate::output::OutputOptions;

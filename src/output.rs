@@ -7,9 +7,10 @@ use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, percent_decode_str, utf8_perc
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use crate::asset::{Asset, ImageFormat};
+use crate::asset::Asset;
 use crate::compression::squeeze;
 use crate::error::Result;
+use crate::image_file::encoded::ImageFormat;
 pub use crate::layout::Layout;
 use crate::pack::join_buffers;
 use crate::write::{container, json_bytes};
@@ -174,7 +175,7 @@ fn base_name(image: &Value) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::asset::EncodedImage;
+    use crate::image_file::encoded::EncodedImage;
 
     fn document(images: &[(Value, &[u8])]) -> Asset {
         let image =

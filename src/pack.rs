@@ -12,8 +12,9 @@ use gltf::json::accessor::ComponentType;
 use serde_json::{Value, json};
 
 use crate::accessor::Elements;
-use crate::asset::{Asset, EncodedImage};
+use crate::asset::Asset;
 use crate::error::{Error, Result};
+use crate::image_file::encoded::EncodedImage;
 use crate::prune::drop_from;
 use crate::quantization;
 use crate::textures::match_formats;
@@ -342,7 +343,7 @@ pub(crate) fn join_buffers(asset: &Asset, beside: Option<&[String]>) -> Result<A
 mod tests {
     use super::*;
     use crate::accessor;
-    use crate::asset::ImageFormat;
+    use crate::image_file::encoded::ImageFormat;
 
     fn floats(values: &[f32], components: usize) -> Elements {
         Elements {

@@ -9,9 +9,10 @@ use std::collections::BTreeSet;
 use image::DynamicImage;
 use serde_json::{Value, json};
 
-use crate::asset::{Asset, ImageFormat};
+use crate::asset::Asset;
 use crate::error::Result;
-use crate::images::encode;
+use crate::image_file::codec::encode;
+use crate::image_file::encoded::ImageFormat;
 use crate::pack::Packer;
 use crate::textures::slots;
 
@@ -145,7 +146,7 @@ pub(crate) fn drop_from(json: &mut Value, name: &str, gone: &BTreeSet<usize>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::asset::EncodedImage;
+    use crate::image_file::encoded::EncodedImage;
 
     fn asset() -> Asset {
         let image = |byte: u8| EncodedImage { bytes: vec![byte].into(), format: ImageFormat::Png };

@@ -6,10 +6,11 @@ use std::path::{Path, PathBuf};
 use gltf::json;
 use serde_json::Value;
 
-use crate::asset::{Asset, EncodedImage, ImageFormat};
+use crate::asset::Asset;
 use crate::compression;
 use crate::error::{Error, Result};
 use crate::formats::Format;
+use crate::image_file::encoded::{EncodedImage, ImageFormat};
 use crate::limit::{Budget, MemoryLimit};
 use crate::reach::{Reach, Resource};
 

@@ -6,9 +6,10 @@ use serde_json::Value;
 
 use seamwise_texture::{Role, Wrap};
 
-use crate::asset::{Asset, EncodedImage};
+use crate::asset::Asset;
 use crate::error::{Error, Result};
 use crate::extensions::{drop_unused_extension, remove_extension, require_extension};
+use crate::image_file::encoded::EncodedImage;
 
 /// A texture as a material uses it.
 #[derive(Clone, Debug, PartialEq)]
@@ -202,7 +203,7 @@ fn role(at: &str) -> Role {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::asset::ImageFormat;
+    use crate::image_file::encoded::ImageFormat;
     use serde_json::json;
 
     fn asset() -> Asset {

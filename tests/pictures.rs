@@ -11,8 +11,8 @@ use common::tiffs;
 use exr::prelude::{Compression, FlatImage, LineOrder, ReadChannels, ReadLayers};
 use image::{ColorType, DynamicImage, ImageDecoder, ImageFormat};
 use png::BitDepth;
-use seamwise::asset;
-use seamwise::images::Encoding;
+use seamwise::image_file::codec::Encoding;
+use seamwise::image_file::encoded;
 use seamwise::repair::{Background, RepairOptions, repair_bytes};
 use serde_json::json;
 use tiff::decoder::Decoder;
@@ -322,11 +322,11 @@ fn an_asset_keeps_the_profiles_of_its_images_and_its_jpegs_may_become_pngs() {
     let mut half = common::shapes::patch(4);
     half.uvs.iter_mut().for_each(|uv| uv[0] *= 0.5);
     for (image, png, format, word) in [
-        (files::jpeg(), false, asset::ImageFormat::Jpeg, "quality 80"),
-        (files::jpeg(), true, asset::ImageFormat::Png, "becomes a PNG"),
-        (files::palette_png(false), true, asset::ImageFormat::Png, "palette is widened"),
-        (files::webp(), false, asset::ImageFormat::WebP, "losslessly"),
-        (files::webp(), true, asset::ImageFormat::Png, "becomes a PNG"),
+        (files::jpeg(), false, encoded::ImageFormat::Jpeg, "quality 80"),
+        (files::jpeg(), true, encoded::ImageFormat::Png, "becomes a PNG"),
+        (files::palette_png(false), true, encoded::ImageFormat::Png, "palette is widened"),
+        (files::webp(), false, encoded::ImageFormat::WebP, "losslessly"),
+        (files::webp(), true, encoded::ImageFormat::Png, "becomes a PNG"),
     ] {
         let mut build = common::assets::textured(&half, &image::RgbaImage::new(2, 2));
         let view = build.view(&image);
@@ -341,7 +341,7 @@ fn an_asset_keeps_the_profiles_of_its_images_and_its_jpegs_may_become_pngs() {
         let (glb, said) = rewrite_with(&build.glb(), "glb", &options).unwrap();
         assert!(said.contains(word), "{said}");
         let mut asset = seamwise::read::read_bytes(&glb, Path::new("")).unwrap();
-        let is_webp = format == asset::ImageFormat::WebP;
+        let is_webp = format == encoded::ImageFormat::WebP;
         assert_eq!(asset.json["textures"][0].get("source").is_none(), is_webp);
         assert_eq!(asset.json.get("extensionsRequired").is_some(), is_webp);
         let after = asset.images.remove(0);

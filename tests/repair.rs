@@ -86,7 +86,9 @@ fn an_asset_keeps_all_but_the_texels_around_its_charts() {
         assert_eq!(before.json[list], after.json[list], "{list}");
     }
     let texels = |asset: &seamwise::asset::Asset| {
-        seamwise::images::decode(&asset.images[0], "", Default::default()).unwrap().to_rgb8()
+        seamwise::image_file::codec::decode(&asset.images[0], "", Default::default())
+            .unwrap()
+            .to_rgb8()
     };
     let [before, after] = [texels(&before), texels(&after)];
     let changed = before.pixels().zip(after.pixels()).filter(|(a, b)| a != b).count();
@@ -298,7 +300,8 @@ fn assets_and_lightmaps_are_scaled_with_all_they_hold() {
     assert!(table.contains("256×256"), "{table}");
     assert_no_invalid_reads_after(&table);
     let half = seamwise::read::read(&output).unwrap();
-    let texels = seamwise::images::decode(&half.images[0], "", Default::default()).unwrap();
+    let texels =
+        seamwise::image_file::codec::decode(&half.images[0], "", Default::default()).unwrap();
     assert_eq!((texels.width(), texels.height()), (256, 256));
 
     let light = room.with_file_name("CornellBox-Box.exr");
@@ -343,7 +346,9 @@ fn seams_are_equalized_and_nothing_else_beside_the_fill() {
     }
     let texels = |path: &Path| {
         let asset = seamwise::read::read(path).unwrap();
-        seamwise::images::decode(&asset.images[0], "", Default::default()).unwrap().to_rgba8()
+        seamwise::image_file::codec::decode(&asset.images[0], "", Default::default())
+            .unwrap()
+            .to_rgba8()
     };
     let [before, after] = [texels(&filled), texels(&equalized)];
     let changed = before.pixels().zip(after.pixels()).filter(|(a, b)| a != b).count();

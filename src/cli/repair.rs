@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use seamwise::images::Encoding;
+use seamwise::image_file::codec::Encoding;
 use seamwise::repair::{Background, MeshOptions, RepairOptions};
 use seamwise_texture::{Footprint, Role, equalize};
 

@@ -10,10 +10,11 @@ use seamwise_attr::{TangentInput, compute_tangents};
 use seamwise_texture::{Encoding, Mips, Role};
 use serde_json::Value;
 
-use crate::asset::{Asset, EncodedImage};
+use crate::asset::Asset;
 use crate::error::{Error, Result};
 use crate::evaluate::scene::{Alpha, Material, Scene, TextureRef};
-use crate::images::decode;
+use crate::image_file::codec::decode;
+use crate::image_file::encoded::EncodedImage;
 use crate::instances::instances;
 use crate::limit::{Budget, MemoryLimit};
 use crate::nodes::world_nodes;

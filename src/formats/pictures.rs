@@ -8,9 +8,9 @@ use rustc_hash::FxHashMap;
 use serde_json::json;
 
 use super::document::Document;
-use crate::asset::{EncodedImage, ImageFormat};
 use crate::error::{Error, Result};
-use crate::images::{decode, detect_format, encode, open};
+use crate::image_file::codec::{decode, detect_format, encode, open};
+use crate::image_file::encoded::{EncodedImage, ImageFormat};
 use crate::reach::Reach;
 use crate::read::ReadOptions;
 

@@ -14,12 +14,12 @@ use image::{DynamicImage, Rgb32FImage};
 use seamwise_texture::equalize::{Equalized, Options, Seam, equalize_plane};
 use seamwise_texture::{Outcome, Part, Plane, Role, Validity, agreeing_padding, fill_holes};
 
-use super::exr_file::{AnyLayer, Channel, LOSSLESS, decode, encode, loses, sample_type};
 use super::report::{ImageReport, RepairReport};
 use super::smaller::{scale_layer, scale_window};
 use super::sources::Sources;
 use super::{Job, WRAP, padding_note};
 use crate::error::{Error, Result};
+use crate::image_file::exr::{AnyLayer, Channel, LOSSLESS, decode, encode, loses, sample_type};
 
 impl Job<'_> {
     pub(super) fn exr(&self, bytes: &[u8]) -> Result<(Vec<u8>, RepairReport)> {
@@ -302,8 +302,8 @@ fn fill_group(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::image_file::exr::tests::{SIZE, sample};
     use crate::limit::MemoryLimit;
-    use crate::repair::exr_file::tests::{SIZE, sample};
     use crate::repair::{Background, RepairOptions, repair_file};
     use exr::prelude::{Compression, FlatImage};
     use std::path::Path;

@@ -11,14 +11,11 @@
 //! claims more memory than [`RepairOptions::memory_limit`], is an error, and nothing is written.
 
 mod diff;
-mod exr_file;
 mod layers;
 mod picture;
-pub(crate) mod picture_file;
 mod report;
 mod smaller;
 mod sources;
-mod tiff_file;
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -28,12 +25,14 @@ use seamwise_texture::equalize;
 use seamwise_texture::{Footprint, Role, Validity, Wrap};
 use serde_json::Value;
 
-use crate::asset::{self, Asset, EncodedImage};
+use crate::asset::Asset;
 use crate::atlas::{AtlasOptions, ImageRepair, encode_repaired, repair_all_with};
 use crate::error::{Error, Result};
-use crate::images::{Encoding, detect_format};
+use crate::image_file::codec::{Encoding, detect_format};
+use crate::image_file::encoded::{self, EncodedImage};
+use crate::image_file::metadata::png_widening;
+use crate::image_file::picture::{LOSSLESSLY, reencoded};
 use crate::limit::MemoryLimit;
-use crate::metadata::png_widening;
 use crate::read::{ReadOptions, folder_of, read_bytes_with};
 use crate::write::{refuse_overwriting, to_glb, write_files};
 
@@ -303,11 +302,11 @@ fn asset_image(asset: &Asset, repair: &ImageRepair, options: &RepairOptions) -> 
 /// What is to be said about the encoding of an asset's image that was repaired.
 fn encoding_notes(before: &EncodedImage, encoding: Encoding) -> Vec<String> {
     let note = match before.format {
-        asset::ImageFormat::Png => png_widening(&before.bytes),
-        asset::ImageFormat::Ktx2 => Some("it becomes a PNG".to_owned()),
+        encoded::ImageFormat::Png => png_widening(&before.bytes),
+        encoded::ImageFormat::Ktx2 => Some("it becomes a PNG".to_owned()),
         _ if encoding.png => Some("it becomes a PNG".to_owned()),
-        asset::ImageFormat::Jpeg => Some(reencoded(encoding.quality)),
-        asset::ImageFormat::WebP => Some(LOSSLESSLY.to_owned()),
+        encoded::ImageFormat::Jpeg => Some(reencoded(encoding.quality)),
+        encoded::ImageFormat::WebP => Some(LOSSLESSLY.to_owned()),
     };
     note.into_iter().collect()
 }
@@ -315,14 +314,6 @@ fn encoding_notes(before: &EncodedImage, encoding: Encoding) -> Vec<String> {
 /// What is to be said about padding that was kept.
 fn padding_note(texels: usize) -> Option<String> {
     (texels > 0).then(|| format!("{texels} texels of its padding are kept"))
-}
-
-/// What is to be said about a WebP.
-const LOSSLESSLY: &str = "it is written losslessly";
-
-/// What is to be said about a JPEG.
-fn reencoded(quality: u8) -> String {
-    format!("it is encoded anew at quality {quality}")
 }
 
 #[cfg(test)]

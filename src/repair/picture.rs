@@ -4,11 +4,11 @@ use image::ImageFormat;
 use seamwise_texture::equalize::{Options, Seam, equalize};
 use seamwise_texture::{keep_padding, repair, scale_down};
 
-use super::picture_file::Picture;
 use super::report::{ImageReport, RepairReport};
 use super::sources::Sources;
 use super::{Job, WRAP, padding_note};
 use crate::error::{Error, Result};
+use crate::image_file::picture::Picture;
 
 /// How far a texel may be from the background color: half a step of 8 bits where files keep their
 /// texels, three steps and a half where a lossy codec may have changed them.

@@ -17,7 +17,7 @@ use crate::evaluate::heat::difference_map;
 use crate::evaluate::render::{Image, render_views};
 use crate::evaluate::scene::{Mode, Scene};
 use crate::evaluate::wireframe::draw_wireframe;
-use crate::images::decode;
+use crate::image_file::codec::decode;
 use crate::limit::MemoryLimit;
 
 /// Views of a scene.

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, anyhow, bail};
 
-use seamwise::asset::{Asset, ImageFormat};
+use seamwise::asset::Asset;
 use seamwise::atlas::{encode_repaired, repair_all};
 use seamwise::certificate::{largest_sizes, select_level};
 use seamwise::evaluate::Reference;
@@ -15,7 +15,8 @@ use seamwise::evaluate::camera::Rig;
 use seamwise::evaluate::load::{TextureCache, load};
 use seamwise::evaluate::scene::Scene;
 use seamwise::evaluate::sheet::contact_sheet;
-use seamwise::images::{Encoding, encode};
+use seamwise::image_file::codec::{Encoding, encode};
+use seamwise::image_file::encoded::ImageFormat;
 use seamwise::inspect;
 use seamwise::read::read_with;
 use seamwise::repair::{RepairOptions, repair_file};

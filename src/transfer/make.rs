@@ -14,11 +14,11 @@ use super::plan::{Charts, ImageUse, NewNormals, SourceReading, UvLayout, faces};
 use super::sizes::Yardstick;
 use super::store::store;
 use super::{BakeNormals, Origin, Plan, TransferOptions, fold};
-use crate::asset::{EncodedImage, ImageFormat};
 use crate::dress::{MergedMaterial, NormalMap};
 use crate::error::{Error, Result};
 use crate::geometry::Geometry;
-use crate::images::{decode, open};
+use crate::image_file::codec::{decode, open};
+use crate::image_file::encoded::{EncodedImage, ImageFormat};
 use crate::limit::MemoryLimit;
 
 /// Levels gain a normal map for a loss of shading from this RMS angle on, in degrees.

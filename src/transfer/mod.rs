@@ -26,13 +26,14 @@ use rayon::prelude::*;
 use seamwise_attr::{Level, Mesh};
 use seamwise_texture::transfer::{Pair, Source};
 
-use crate::asset::{Asset, EncodedImage};
+use crate::asset::Asset;
 use crate::atlas::{ImageRepair, worn_materials};
 use crate::certificate::Screen;
 use crate::dress::LevelTextures;
 use crate::error::{Error, Result};
 use crate::geometry::Geometry;
-use crate::images::Encoding;
+use crate::image_file::codec::Encoding;
+use crate::image_file::encoded::EncodedImage;
 use crate::limit::MemoryLimit;
 use crate::progress::Progress;
 use crate::prune::Leftovers;

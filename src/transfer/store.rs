@@ -5,11 +5,11 @@ use std::borrow::Cow;
 use image::DynamicImage;
 use seamwise_texture::Role;
 
-use crate::asset::{EncodedImage, ImageFormat};
 use crate::error::Result;
-use crate::images::{Encoding, encode_anew, encode_with};
-use crate::metadata::Metadata;
-use crate::palette::{has_palette, reduce};
+use crate::image_file::codec::{Encoding, encode_anew, encode_with};
+use crate::image_file::encoded::{EncodedImage, ImageFormat};
+use crate::image_file::metadata::Metadata;
+use crate::image_file::palette::{has_palette, reduce};
 
 /// File formats of textures.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -81,7 +81,7 @@ mod tests {
     fn colors_of_a_palette_stay_in_one_and_other_texels_do_not() {
         let few: DynamicImage =
             image::RgbImage::from_fn(8, 8, |x, _| image::Rgb([x as u8; 3])).into();
-        let bytes = crate::palette::write_indexed(&few).expect("eight colors").into();
+        let bytes = crate::image_file::palette::write_indexed(&few).expect("eight colors").into();
         let before = EncodedImage { bytes, format: ImageFormat::Png };
         let many: DynamicImage =
             image::RgbImage::from_fn(64, 64, |x, y| image::Rgb([x as u8, y as u8, 0])).into();

@@ -5,10 +5,11 @@ use seamwise_texture::transfer::{Face, overlap};
 use seamwise_texture::{Role, Wrap};
 
 use super::plan::{Charts, ImageUse, Shared, SourceReading, faces};
-use crate::asset::{Asset, EncodedImage};
+use crate::asset::Asset;
 use crate::atlas::{main_role, worn};
 use crate::error::Result;
 use crate::geometry::Geometry;
+use crate::image_file::encoded::EncodedImage;
 use crate::primitive::Primitive;
 use crate::textures::TextureSlot;
 

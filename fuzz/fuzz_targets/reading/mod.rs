@@ -6,7 +6,7 @@ use std::path::Path;
 
 use seamwise::asset::Asset;
 use seamwise::evaluate::load::{TextureCache, load};
-use seamwise::images::decode;
+use seamwise::image_file::codec::decode;
 use seamwise::limit::MemoryLimit;
 use seamwise::read::{ReadOptions, read_bytes_of};
 use seamwise::surfaces::weld_all;

@@ -8,12 +8,12 @@ use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::error::{DecodingError, EncodingError, UnsupportedError, UnsupportedErrorKind};
 use image::{ColorType, DynamicImage, ImageDecoder, ImageEncoder, ImageError, ImageReader};
 
-use crate::asset::{EncodedImage, ImageFormat};
-use crate::basis;
+use super::encoded::{EncodedImage, ImageFormat};
+use super::ktx2;
+use super::metadata::{Metadata, is_animated, jpeg_ends};
+use super::palette::{has_palette, write_indexed};
 use crate::error::{Error, Result};
 use crate::limit::MemoryLimit;
-use crate::metadata::{Metadata, is_animated, jpeg_ends};
-use crate::palette::{has_palette, write_indexed};
 
 /// How some Radiance HDR files begin, which the image crate knows only by their other name.
 pub(crate) const RGBE: &[u8] = b"#?RGBE";
@@ -41,7 +41,7 @@ impl Default for Encoding {
 /// [`Error::Unsupported`] if it is an animation, of which only a frame would be left.
 pub fn decode(image: &EncodedImage, at: &str, limit: MemoryLimit) -> Result<DynamicImage> {
     let Some(format) = image.format.codec() else {
-        return basis::decode(&image.bytes, limit).map_err(|what| Error::invalid(at, what));
+        return ktx2::decode(&image.bytes, limit).map_err(|what| Error::invalid(at, what));
     };
     if is_animated(&image.bytes, format) {
         return Err(Error::Unsupported { what: format!("{at}: an animation") });

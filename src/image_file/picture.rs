@@ -9,19 +9,18 @@ use std::path::Path;
 
 use image::{DynamicImage, ImageError, ImageFormat};
 
-use super::tiff_file::{self, Frame};
-use super::{LOSSLESSLY, reencoded};
+use super::codec::{RGBE, detect_format, open, write};
+use super::metadata::{Metadata, is_animated, jpeg_components, png_widening};
+use super::tiff::{self, Frame};
 use crate::error::{Error, Result};
-use crate::images::{RGBE, detect_format, open, write};
 use crate::limit::MemoryLimit;
-use crate::metadata::{Metadata, is_animated, jpeg_components, png_widening};
 
 /// A picture as its file holds it.
 pub(crate) struct Picture {
     /// Its texels.
     pub(crate) texels: DynamicImage,
     /// What is to be said about how they were read.
-    pub(super) notes: Vec<String>,
+    pub(crate) notes: Vec<String>,
     /// What the file holds beside them.
     metadata: Metadata,
     /// What it holds if it is a TIFF.
@@ -39,7 +38,7 @@ impl Picture {
     }
 
     /// Reads a picture; errors do not name the file.
-    pub(super) fn decode(bytes: &[u8], format: ImageFormat, limit: MemoryLimit) -> Result<Self> {
+    pub(crate) fn decode(bytes: &[u8], format: ImageFormat, limit: MemoryLimit) -> Result<Self> {
         refuse(bytes, format)?;
         let bytes = match bytes.strip_prefix(RGBE) {
             Some(rest) => Cow::Owned([b"#?RADIANCE", rest].concat()),
@@ -50,7 +49,7 @@ impl Picture {
         };
         let explain = |error: &ImageError| invalid(limit.explain(error));
         if format == ImageFormat::Tiff {
-            let (texels, frame) = tiff_file::decode(&bytes, limit)?;
+            let (texels, frame) = tiff::decode(&bytes, limit)?;
             let (icc, notes) = (frame.icc(), frame.notes.clone());
             let mut metadata = Metadata::of_container(format);
             metadata.icc = icc;
@@ -67,7 +66,7 @@ impl Picture {
     ///
     /// # Errors
     /// A sentence if the format has no place for such texels.
-    pub(super) fn encode(
+    pub(crate) fn encode(
         &self,
         format: ImageFormat,
         quality: u8,
@@ -78,7 +77,7 @@ impl Picture {
                 let other = Frame::with_icc(self.metadata.icc.as_deref());
                 let frame = self.frame.as_ref().unwrap_or(&other);
                 notes.push(format!("it is written {}", frame.compression_name()));
-                let file = tiff_file::encode(&self.texels, frame);
+                let file = tiff::encode(&self.texels, frame);
                 return file.map(|file| (file, notes)).map_err(|error| error.to_string());
             }
             ImageFormat::Jpeg => notes.push(reencoded(quality)),
@@ -100,4 +99,12 @@ fn refuse(bytes: &[u8], format: ImageFormat) -> Result<()> {
         return Ok(());
     };
     Err(Error::Unsupported { what: what.to_owned() })
+}
+
+/// What is to be said about a WebP.
+pub(crate) const LOSSLESSLY: &str = "it is written losslessly";
+
+/// What is to be said about a JPEG.
+pub(crate) fn reencoded(quality: u8) -> String {
+    format!("it is encoded anew at quality {quality}")
 }

@@ -19,16 +19,16 @@ use crate::error::{Error, Result};
 use crate::limit::MemoryLimit;
 
 /// A channel with its samples, row after row.
-pub(super) type Channel = AnyChannel<FlatSamples>;
+pub(crate) type Channel = AnyChannel<FlatSamples>;
 
 /// A layer of such channels.
-pub(super) type AnyLayer = Layer<AnyChannels<FlatSamples>>;
+pub(crate) type AnyLayer = Layer<AnyChannels<FlatSamples>>;
 
 /// What takes the place of a compression that loses something.
-pub(super) const LOSSLESS: Compression = Compression::ZIP16;
+pub(crate) const LOSSLESS: Compression = Compression::ZIP16;
 
 /// Reads all layers of a file.
-pub(super) fn decode(bytes: &[u8], limit: MemoryLimit) -> Result<FlatImage> {
+pub(crate) fn decode(bytes: &[u8], limit: MemoryLimit) -> Result<FlatImage> {
     let fault = |error| match error {
         ExrError::NotSupported(what) => Error::Unsupported { what: what.into_owned() },
         error => Error::invalid("the OpenEXR data", error.to_string()),
@@ -69,14 +69,14 @@ fn check(meta: &MetaData, limit: MemoryLimit) -> Result<()> {
 }
 
 /// Whether a layer's compression would change its samples once more.
-pub(super) fn loses(layer: &AnyLayer) -> bool {
+pub(crate) fn loses(layer: &AnyLayer) -> bool {
     let compression = layer.encoding.compression;
     let exact = |channel: &Channel| compression.is_lossless_for(sample_type(channel));
     !layer.channel_data.list.iter().all(exact)
 }
 
 /// Writes all layers to a file.
-pub(super) fn encode(mut image: FlatImage) -> exr::error::Result<Vec<u8>> {
+pub(crate) fn encode(mut image: FlatImage) -> exr::error::Result<Vec<u8>> {
     for layer in &mut image.layer_data {
         if loses(layer) {
             layer.encoding.compression = LOSSLESS;
@@ -124,7 +124,7 @@ fn sort_attributes(file: &mut [u8]) -> Option<()> {
 }
 
 /// What a channel's samples are.
-pub(super) fn sample_type(channel: &Channel) -> SampleType {
+pub(crate) fn sample_type(channel: &Channel) -> SampleType {
     match channel.sample_data {
         FlatSamples::F16(_) => SampleType::F16,
         FlatSamples::F32(_) => SampleType::F32,
@@ -133,11 +133,11 @@ pub(super) fn sample_type(channel: &Channel) -> SampleType {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+pub(crate) mod tests {
     use super::*;
     use exr::prelude::{AttributeValue, Encoding, ImageAttributes, LayerAttributes, Text, f16};
 
-    pub(in crate::repair) const SIZE: usize = 12;
+    pub(crate) const SIZE: usize = 12;
 
     fn channel(name: &str, samples: FlatSamples) -> Channel {
         let sampling = Vec2(1, 1);
@@ -146,7 +146,7 @@ pub(super) mod tests {
 
     /// Two layers: RGB in f16 and f32 with alpha, of another compression each, and a layer of
     /// depth and numbers. Texel 50 of `G` is NaN, texel 51 of `Z` infinite.
-    pub(in crate::repair) fn sample() -> FlatImage {
+    pub(crate) fn sample() -> FlatImage {
         let half = |k: usize| {
             let value = |i| if (i, k) == (50, 1) { f32::NAN } else { (i * (k + 1)) as f32 / 7.0 };
             FlatSamples::F16((0..SIZE * SIZE).map(|i| f16::from_f32(value(i))).collect())

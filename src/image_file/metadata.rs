@@ -11,7 +11,7 @@
 //! - Radiance HDR: the lines of the header: exposure, primaries, comments.
 //! - WebP: ICC profile, EXIF, XMP.
 //!
-//! TIFF has tags instead, see `repair::tiff_file`. From one container to another go the ICC profile
+//! TIFF has tags instead, see `tiff`. From one container to another go the ICC profile
 //! and EXIF, where the other has a place for them.
 
 use std::io::Cursor;

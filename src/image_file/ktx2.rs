@@ -75,9 +75,9 @@ mod tests {
     use super::*;
 
     const FILES: [&[u8]; 3] = [
-        include_bytes!("../tests/encoded/etc1s.ktx2"),
-        include_bytes!("../tests/encoded/uastc.ktx2"),
-        include_bytes!("../tests/encoded/uastc_zstd.ktx2"),
+        include_bytes!("../../tests/encoded/etc1s.ktx2"),
+        include_bytes!("../../tests/encoded/uastc.ktx2"),
+        include_bytes!("../../tests/encoded/uastc_zstd.ktx2"),
     ];
 
     /// The picture that all of them were made from.

@@ -18,8 +18,8 @@ use tiff::encoder::{Compression, Predictor, TiffEncoder, TiffKind, TiffValue};
 use tiff::tags::{ExtraSamples, IfdPointer, Tag, Type, ValueBuffer};
 use tiff::{TiffError, TiffResult};
 
+use super::codec::open;
 use crate::error::{Error, Result};
-use crate::images::open;
 use crate::limit::MemoryLimit;
 
 /// Tags that stay true whatever becomes of the texels: make, model, orientation, description,
