@@ -21,7 +21,7 @@ use std::sync::atomic::AtomicUsize;
 
 use clap::Parser;
 use rayon::prelude::*;
-use seamwise::asset::Asset;
+use seamwise::document::asset::Asset;
 use seamwise::dress::{LevelTextures, PartTextures};
 use seamwise::evaluate::load::{TextureCache, load};
 use seamwise::evaluate::scene::{Material, Scene};

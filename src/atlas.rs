@@ -7,18 +7,18 @@ use seamwise_texture::equalize::{self, Equalized, Seam, equalize};
 use seamwise_texture::{
     Footprint, Outcome, Role, Validity, Wrap, keep_padding, repair, scale_down,
 };
-use serde_json::Value;
 
-use crate::asset::Asset;
 use crate::charts::{Charts, Reads};
+use crate::document::asset::Asset;
+use crate::document::material::TextureSlot;
+use crate::document::material::{main_role, material_slots, worn};
+use crate::document::primitive::Primitive;
 use crate::error::{Error, Result};
 use crate::geometry::check_size;
 use crate::image_file::codec::{Encoding, decode, encode_anew};
 use crate::image_file::encoded::EncodedImage;
 use crate::limit::MemoryLimit;
-use crate::primitive::Primitive;
 use crate::seams::seams_of_images;
-use crate::textures::{TextureSlot, slots};
 
 /// An image as an atlas: what its texels mean and which charts lie in it.
 #[derive(Clone, Debug)]
@@ -55,29 +55,6 @@ fn atlas_of_each(asset: &Asset) -> Result<Vec<Option<Atlas>>> {
     Ok(atlases)
 }
 
-/// The textures of each material.
-pub(crate) fn material_slots(asset: &Asset) -> Result<Vec<Vec<TextureSlot>>> {
-    (0..asset.count("materials")).map(|material| slots(asset, material)).collect()
-}
-
-/// Every texture of every material that a primitive may wear.
-pub(crate) fn worn<'a>(
-    asset: &Asset,
-    primitive: &Primitive,
-    materials: &'a [Vec<TextureSlot>],
-) -> Result<Vec<&'a TextureSlot>> {
-    Ok(worn_materials(asset, primitive)?.into_iter().flat_map(|own| &materials[own]).collect())
-}
-
-/// Every material that a primitive may wear: its own and those of `KHR_materials_variants`.
-pub(crate) fn worn_materials(asset: &Asset, primitive: &Primitive) -> Result<Vec<usize>> {
-    let at = format!("{}/extensions/KHR_materials_variants/mappings", primitive.at);
-    let mappings = asset.json.pointer(&at).and_then(Value::as_array).map_or(0, Vec::len);
-    let material = |mapping| asset.reference(&format!("{at}/{mapping}"), "material", "materials");
-    let variants = (0..mappings).filter_map(|mapping| material(mapping).transpose());
-    primitive.material.map(Ok).into_iter().chain(variants).collect()
-}
-
 fn add_primitive(
     asset: &Asset,
     primitive: &Primitive,
@@ -103,15 +80,6 @@ fn add_primitive(
         }
     }
     Ok(())
-}
-
-/// The role of an image that is used in two: a color says most about what its texels mean.
-pub(crate) fn main_role(a: Role, b: Role) -> Role {
-    match (a, b) {
-        (Role::Color, _) | (_, Role::Color) => Role::Color,
-        (Role::Normal, _) | (_, Role::Normal) => Role::Normal,
-        _ => Role::Data,
-    }
 }
 
 impl Atlas {
@@ -281,7 +249,7 @@ mod tests {
     use crate::image_file::codec::encode;
     use crate::image_file::encoded::ImageFormat;
     use glam::Vec2;
-    use serde_json::json;
+    use serde_json::{Value, json};
 
     /// A triangle over the lower left half of the unit square, and an image per material.
     fn asset(primitives: &Value, materials: usize) -> Asset {

@@ -8,10 +8,10 @@ use std::time::Instant;
 use rayon::prelude::*;
 use seamwise_attr::Level;
 
-use crate::asset::Asset;
 use crate::atlas::{ImageRepair, encode_repaired, repair_all};
 use crate::chains::{polish_all, simplify_all, triangle_count};
 use crate::digest::digest;
+use crate::document::asset::Asset;
 use crate::documents::{Chain, Measured, Undressed};
 use crate::dress::LevelTextures;
 use crate::error::Result;

@@ -16,9 +16,9 @@ use glam::DVec3;
 use rustc_hash::FxHashMap;
 use seamwise_attr::{Level, Origin, WedgeId, find_origins};
 
-use crate::accessor::Elements;
+use crate::document::accessor::{Elements, Named};
 use crate::geometry::{Geometry, Part, is_motion};
-use crate::skin::{Named, Sets};
+use crate::skin::Sets;
 
 /// Where the vertices of a level come from.
 pub(crate) struct Carrier<'a> {

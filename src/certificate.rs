@@ -15,7 +15,7 @@
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use crate::asset::Asset;
+use crate::document::asset::Asset;
 use crate::error::{Error, Result};
 use crate::evaluate::{Metrics, switch};
 

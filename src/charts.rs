@@ -3,9 +3,9 @@
 use glam::{Affine2, Vec2};
 use seamwise_texture::{Footprint, MipReads, Validity, Wrap, charts_share_from, count_reads};
 
-use crate::asset::Asset;
+use crate::document::asset::Asset;
+use crate::document::primitive::Primitive;
 use crate::error::Result;
-use crate::primitive::Primitive;
 
 /// What filtering inside charts reads.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

@@ -4,8 +4,8 @@ use rayon::prelude::*;
 use seamwise_attr::Level;
 use serde_json::{Value, json};
 
-use crate::asset::Asset;
 use crate::certificate::{Screen, certificate, certify};
+use crate::document::asset::Asset;
 use crate::dress::LevelTextures;
 use crate::error::Result;
 use crate::evaluate::Metrics;

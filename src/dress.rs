@@ -5,12 +5,12 @@ use std::sync::Arc;
 
 use serde_json::{Value, json};
 
-use crate::asset::Asset;
+use crate::document::asset::Asset;
+use crate::document::edit::{Packer, put};
+use crate::document::material::slots;
 use crate::error::{Error, Result};
 use crate::geometry::Geometry;
 use crate::image_file::encoded::EncodedImage;
-use crate::pack::{Packer, put};
-use crate::textures::slots;
 
 /// What a level wears.
 #[derive(Clone, Debug, Default)]

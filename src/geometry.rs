@@ -10,11 +10,11 @@ use gltf::json::accessor::ComponentType;
 use rustc_hash::FxHashMap;
 use seamwise_attr::{Layout, Vertices, Welded, weld};
 
-use crate::accessor::{self, Elements};
-use crate::asset::Asset;
+use crate::document::accessor::{self, Elements};
+use crate::document::asset::Asset;
+use crate::document::primitive::{Attributes, Primitive, read_checked};
 use crate::error::{Error, Result};
 use crate::limit::{Budget, MemoryLimit};
-use crate::primitive::{Attributes, Primitive, read_checked};
 
 /// Most UV sets that the metric takes; further ones are carried along.
 const MOST_UV_SETS: usize = 4;

@@ -6,9 +6,9 @@ use seamwise_texture::{Footprint, Role};
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::asset::Asset;
 use crate::atlas::{Atlas, atlases};
 use crate::charts::Reads;
+use crate::document::asset::Asset;
 use crate::error::{Error, Result};
 use crate::geometry::{Geometry, check_size};
 use crate::image_file::codec::decode;

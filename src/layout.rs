@@ -6,8 +6,8 @@
 
 use serde_json::{Map, Value, json};
 
+use crate::document::extensions::remove_extension;
 use crate::error::{Error, Result};
-use crate::extensions::remove_extension;
 use crate::quantize::Grid;
 
 /// How levels are found in the file of all of them.

@@ -1,32 +1,30 @@
 //! Levels of detail as documents: one self-contained asset per level, and one with the source and
 //! all levels, in one of the ways that `layout` tells.
 
-use std::collections::BTreeSet;
-
 use glam::{DMat4, Vec3};
 use gltf::json::accessor::ComponentType;
 use rustc_hash::FxHashMap;
 use seamwise_attr::Level;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
-use crate::accessor::Elements;
-use crate::asset::Asset;
 use crate::certificate::Screen;
+use crate::document::accessor::{Elements, Named};
+use crate::document::asset::Asset;
+use crate::document::edit::Packer;
+use crate::document::extensions::name_extension;
+use crate::document::nodes::world_nodes;
+use crate::document::primitive::Primitive;
+use crate::document::prune::prune;
+use crate::document::references::replaced_accessors;
 use crate::dress::{LevelTextures, PartTextures, dress, dress_apart};
 use crate::error::{Error, Result};
-use crate::extensions::name_extension;
 use crate::geometry::{Geometry, Part};
 use crate::image_file::encoded::EncodedImage;
 use crate::layout::{Layout, Shown, add_levels, add_suffix, place_on_grid, push};
-use crate::nodes::world_nodes;
 use crate::output::OutputOptions;
-use crate::pack::Packer;
 use crate::parts::{LevelPart, level_parts};
-use crate::primitive::Primitive;
-use crate::prune::prune;
 use crate::quantize::{Grid, quantize};
 use crate::shared::{Shared, SharedParts};
-use crate::skin::Named;
 
 /// One level of a surface, ready to be written.
 #[derive(Clone, Debug)]
@@ -222,49 +220,6 @@ fn add_meshes(
     Ok(shown)
 }
 
-/// The accessors of primitives that are replaced which nothing else in the document refers to.
-pub(crate) fn replaced_accessors(
-    asset: &Asset,
-    is_replaced: impl Fn(&Primitive) -> bool,
-) -> Result<Vec<usize>> {
-    let (mut replaced, mut kept) = (BTreeSet::new(), BTreeSet::new());
-    for mesh in 0..asset.count("meshes") {
-        for primitive in Primitive::of_mesh(asset, mesh)? {
-            let used = if is_replaced(&primitive) { &mut replaced } else { &mut kept };
-            used.extend(primitive.indices);
-            used.extend(primitive.attributes.iter().map(|&(_, accessor)| accessor));
-            used.extend(primitive.targets.iter().flatten().map(|&(_, accessor)| accessor));
-        }
-    }
-    for list in ["animations", "skins", "nodes"] {
-        collect_accessors(asset.json.get(list).unwrap_or(&Value::Null), &mut kept);
-    }
-    Ok(replaced.difference(&kept).copied().collect())
-}
-
-/// Every accessor named in animations, skins and instanced nodes.
-fn collect_accessors(json: &Value, found: &mut BTreeSet<usize>) {
-    match json {
-        Value::Object(object) => {
-            for (key, value) in object {
-                let index = value.as_u64().map(|index| index as usize);
-                match (key.as_str(), index) {
-                    ("input" | "output" | "inverseBindMatrices", Some(index)) => {
-                        found.insert(index);
-                    }
-                    ("attributes", None) => {
-                        let attributes = value.as_object().into_iter().flat_map(Map::values);
-                        found.extend(attributes.filter_map(Value::as_u64).map(|i| i as usize));
-                    }
-                    _ => collect_accessors(value, found),
-                }
-            }
-        }
-        Value::Array(list) => list.iter().for_each(|value| collect_accessors(value, found)),
-        _ => {}
-    }
-}
-
 /// The primitives of a mesh with its surface parts replaced; points and lines stay. None at all if a
 /// surface of several meshes has no triangle left in this one. `materials` tells which the level wears
 /// instead of the source's, `shared` what a part is made of if its vertices are there already.
@@ -380,22 +335,5 @@ fn add_coverage(node: &mut Value, coverages: &[f64]) {
         && let Some(extras) = node.entry("extras").or_insert_with(|| json!({})).as_object_mut()
     {
         extras.insert("MSFT_screencoverage".into(), json!(coverages));
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn accessors_of_animations_skins_and_instances_are_found() {
-        let json = json!([
-            {"samplers": [{"input": 3, "output": 4, "interpolation": "LINEAR"}]},
-            {"inverseBindMatrices": 5, "joints": [0]},
-            {"extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 6}}}},
-        ]);
-        let mut found = BTreeSet::new();
-        collect_accessors(&json, &mut found);
-        assert_eq!(found.into_iter().collect::<Vec<_>>(), [3, 4, 5, 6]);
     }
 }

@@ -36,8 +36,6 @@
 //! # Ok::<(), seamwise::error::Error>(())
 //! ```
 
-pub mod accessor;
-pub mod asset;
 pub mod atlas;
 pub mod bake;
 pub mod batch;
@@ -47,30 +45,24 @@ mod chains;
 pub mod charts;
 mod compression;
 mod digest;
+pub mod document;
 mod documents;
 pub mod dress;
 pub mod error;
 pub mod evaluate;
-mod extensions;
 mod formats;
 pub mod geometry;
 pub mod image_file;
 pub mod inspect;
-mod instances;
 mod join;
 mod layout;
 pub mod levels;
 pub mod limit;
-mod nodes;
 pub mod options;
 mod order;
 pub mod output;
-mod pack;
 pub mod parts;
-pub mod primitive;
 pub mod progress;
-mod prune;
-mod quantization;
 pub mod quantize;
 mod reach;
 pub mod read;
@@ -82,6 +74,5 @@ mod skin;
 pub mod steering;
 pub mod surfaces;
 mod tangents;
-pub mod textures;
 pub mod transfer;
 pub mod write;

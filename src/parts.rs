@@ -9,14 +9,13 @@ use gltf::json::accessor::ComponentType;
 use rustc_hash::FxHashMap;
 use seamwise_attr::{Level, WedgeId};
 
-use crate::accessor::Elements;
 use crate::carry::{Carrier, Footing, blend, copy, skin};
+use crate::document::accessor::{Elements, Named};
 use crate::dress::PartTextures;
 use crate::error::Result;
 use crate::geometry::{Geometry, Part, is_motion};
 use crate::join::join_parts;
 use crate::order::order_for_cache;
-use crate::skin::Named;
 use crate::tangents::Corners;
 
 /// A primitive of a level, ready to be written.

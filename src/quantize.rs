@@ -18,12 +18,12 @@
 use glam::Vec3;
 use gltf::json::accessor::ComponentType;
 
-use crate::accessor::Elements;
-use crate::asset::Asset;
+use crate::document::accessor::{Elements, Named};
+use crate::document::asset::Asset;
 use crate::error::Result;
 use crate::geometry::Geometry;
 use crate::parts::LevelPart;
-use crate::skin::{Named, round_to_whole};
+use crate::skin::round_to_whole;
 
 /// The steps along the longest side of a surface.
 const STEPS: f32 = 65535.0;

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use gltf::json;
 use serde_json::Value;
 
-use crate::asset::Asset;
 use crate::compression;
+use crate::document::asset::Asset;
 use crate::error::{Error, Result};
 use crate::formats::Format;
 use crate::image_file::encoded::{EncodedImage, ImageFormat};

@@ -13,12 +13,11 @@ use seamwise_attr::{TangentInput, compute_tangents};
 use seamwise_texture::Role;
 use seamwise_texture::equalize::Seam;
 
-use crate::asset::Asset;
-use crate::atlas::{material_slots, worn};
 use crate::charts::Charts;
+use crate::document::asset::Asset;
+use crate::document::material::{TextureSlot, material_slots, worn};
+use crate::document::primitive::Primitive;
 use crate::error::{Error, Result};
-use crate::primitive::Primitive;
-use crate::textures::TextureSlot;
 
 /// Cosine of the angle between the normals of both sides from which on an edge is hard: 2.6°.
 const HARD: f32 = 0.999;

@@ -7,13 +7,11 @@
 
 use gltf::json::accessor::ComponentType;
 
-use crate::accessor::Elements;
+use crate::document::accessor::Elements;
+use crate::document::accessor::Named;
 
 /// Influences in a set (glTF 2.0 §3.7.3.3).
 const A_SET: usize = 4;
-
-/// Attributes by name.
-pub(crate) type Named = (String, Elements);
 
 /// The sets of influences of a part.
 #[derive(Clone, Debug, PartialEq)]

@@ -9,11 +9,11 @@ use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 use seamwise_attr::{Mesh, PointId, border_edges};
 
-use crate::asset::Asset;
+use crate::document::asset::Asset;
+use crate::document::nodes::world_nodes;
 use crate::error::{Error, Result};
 use crate::geometry::{Geometry, Part, check_size, is_motion};
 use crate::limit::MemoryLimit;
-use crate::nodes::world_nodes;
 use crate::seams::{Point, point};
 
 /// Every surface of an asset, welded, in the order of their first meshes.

@@ -4,7 +4,7 @@ use glam::{Vec2, Vec3, Vec4};
 use rustc_hash::FxHashMap;
 use seamwise_attr::{Mesh, TangentInput, WedgeId, compute_tangents};
 
-use crate::asset::Asset;
+use crate::document::asset::Asset;
 use crate::error::{Error, Result};
 use crate::geometry::Geometry;
 

@@ -9,9 +9,9 @@ use std::time::Duration;
 
 use tempfile::NamedTempFile;
 
-use crate::asset::Asset;
+use crate::document::asset::Asset;
+use crate::document::edit::join_buffers;
 use crate::error::{Error, Result};
-use crate::pack::join_buffers;
 
 /// An asset as one self-contained .glb.
 ///

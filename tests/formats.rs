@@ -10,7 +10,7 @@ use common::formats::{ENCODINGS, obj, off, ply, ply_color};
 use common::output::Output;
 use common::shapes::{Shape, seam_cube, sphere};
 use common::within;
-use seamwise::asset::Asset;
+use seamwise::document::asset::Asset;
 use seamwise::read::{ReadOptions, read, read_with};
 use seamwise::write::to_glb;
 use serde_json::{Value, json};

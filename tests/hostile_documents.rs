@@ -55,7 +55,7 @@ fn assert_refused<T>(result: seamwise::error::Result<T>, place: &str, things: &s
     assert!(peak_memory().is_none_or(|bytes| bytes < MOST_BYTES));
 }
 
-fn read(build: &Build) -> seamwise::asset::Asset {
+fn read(build: &Build) -> seamwise::document::asset::Asset {
     read_bytes_with(&build.glb(), Path::new("/nowhere"), options()).expect("an asset")
 }
 

@@ -11,8 +11,8 @@ use common::shapes::sphere;
 use std::path::Path;
 
 use common::{Baked, measured, shared_assets, unmeasured};
-use seamwise::asset::Asset;
 use seamwise::bake::Input;
+use seamwise::document::asset::Asset;
 use seamwise::options::{BakeOptions, Targets, Textures};
 use serde_json::json;
 

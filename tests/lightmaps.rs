@@ -5,7 +5,7 @@ use std::path::Path;
 use assert_cmd::Command;
 use exr::prelude::{FlatSamples, read_all_flat_layers_from_file};
 use seamwise::charts::Charts;
-use seamwise::primitive::Primitive;
+use seamwise::document::primitive::Primitive;
 use seamwise_texture::{Validity, Wrap};
 
 /// The lightmaps of a room and the names of the meshes that wear them.

@@ -85,7 +85,7 @@ fn an_asset_keeps_all_but_the_texels_around_its_charts() {
     for list in ["nodes", "meshes", "materials", "accessors", "textures", "samplers", "scenes"] {
         assert_eq!(before.json[list], after.json[list], "{list}");
     }
-    let texels = |asset: &seamwise::asset::Asset| {
+    let texels = |asset: &seamwise::document::asset::Asset| {
         seamwise::image_file::codec::decode(&asset.images[0], "", Default::default())
             .unwrap()
             .to_rgb8()

@@ -8,9 +8,9 @@ use std::path::{Path, PathBuf};
 
 use common::build::Build;
 use common::{Baked, assets, shapes, shared_assets, unmeasured};
-use seamwise::accessor;
-use seamwise::asset::Asset;
 use seamwise::bake::Input;
+use seamwise::document::accessor;
+use seamwise::document::asset::Asset;
 use seamwise::options::{BakeOptions, Targets, Textures};
 use seamwise::output::{Format, Layout, OutputOptions};
 use seamwise::read::{ReadOptions, read_with};

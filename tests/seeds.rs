@@ -11,8 +11,8 @@ use common::assets::{cube, two_materials, victim};
 use common::build::{Build, png};
 use common::formats::{ENCODINGS, obj, ply};
 use common::shapes::{patch, sphere};
-use seamwise::accessor;
-use seamwise::asset::Asset;
+use seamwise::document::accessor;
+use seamwise::document::asset::Asset;
 use seamwise::read::{ReadOptions, read_with};
 use serde_json::{Value, json};
 

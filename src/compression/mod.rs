@@ -3,7 +3,7 @@
 
 use serde_json::json;
 
-use crate::asset::Asset;
+use crate::document::asset::Asset;
 use crate::error::{Error, Result};
 use crate::limit::MemoryLimit;
 

@@ -10,9 +10,9 @@ use meshopt::{encode_index_buffer, encode_index_sequence, encode_vertex_buffer_l
 use serde_json::{Value, json};
 
 use super::by_stride;
-use crate::asset::Asset;
+use crate::document::asset::Asset;
+use crate::document::extensions::require_extension;
 use crate::error::{Error, Result};
-use crate::extensions::require_extension;
 
 /// The extension.
 const NAME: &str = "EXT_meshopt_compression";
@@ -209,8 +209,8 @@ fn encode_rows<const N: usize>(plain: &[u8]) -> meshopt::Result<Vec<u8>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::accessor;
     use crate::compression::expand;
+    use crate::document::accessor;
     use crate::limit::MemoryLimit;
 
     /// Rows of 12 bytes, the corners of a strip of triangles, a line's indices and a picture.

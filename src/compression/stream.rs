@@ -7,7 +7,7 @@ use meshopt::{
 use serde::Deserialize;
 
 use super::by_stride;
-use crate::asset::Asset;
+use crate::document::asset::Asset;
 
 /// What the extension says of a view.
 #[derive(Deserialize)]

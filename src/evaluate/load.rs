@@ -10,16 +10,16 @@ use seamwise_attr::{TangentInput, compute_tangents};
 use seamwise_texture::{Encoding, Mips, Role};
 use serde_json::Value;
 
-use crate::asset::Asset;
+use crate::document::asset::Asset;
+use crate::document::instances::instances;
+use crate::document::material::{TextureSlot, parse_or, slots};
+use crate::document::nodes::world_nodes;
+use crate::document::primitive::Primitive;
 use crate::error::{Error, Result};
 use crate::evaluate::scene::{Alpha, Material, Scene, TextureRef};
 use crate::image_file::codec::decode;
 use crate::image_file::encoded::EncodedImage;
-use crate::instances::instances;
 use crate::limit::{Budget, MemoryLimit};
-use crate::nodes::world_nodes;
-use crate::primitive::Primitive;
-use crate::textures::{TextureSlot, parse_or, slots};
 
 /// Decoded textures, kept so that assets which share an image decode it once.
 #[derive(Default)]

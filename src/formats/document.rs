@@ -3,7 +3,7 @@
 use glam::Vec3;
 use serde_json::{Value, json};
 
-use crate::asset::Asset;
+use crate::document::asset::Asset;
 use crate::image_file::encoded::EncodedImage;
 
 /// glTF's number for a 32-bit float.

@@ -17,7 +17,7 @@ mod text;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use crate::asset::Asset;
+use crate::document::asset::Asset;
 use crate::error::Result;
 use crate::reach::Reach;
 use crate::read::ReadOptions;

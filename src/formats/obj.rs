@@ -20,7 +20,7 @@ use super::mtl::{self, Material};
 use super::pictures::{Pictures, find};
 use super::polygon::triangulate;
 use super::text::{Line, decode, lines, shorten, words};
-use crate::asset::Asset;
+use crate::document::asset::Asset;
 use crate::error::{Error, Result};
 use crate::reach::Reach;
 use crate::read::ReadOptions;

@@ -10,7 +10,7 @@ use seamwise_texture::color::srgb_to_linear;
 use super::document::{Document, Part, Vertices};
 use super::polygon::triangulate;
 use super::text::{Line, decode, lines, shorten, words};
-use crate::asset::Asset;
+use crate::document::asset::Asset;
 use crate::error::{Error, Result};
 
 /// What vertices carry beside their positions.

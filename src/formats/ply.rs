@@ -18,7 +18,7 @@ use serde_json::json;
 use super::document::{Document, Part, Vertices};
 use super::pictures::{Pictures, find};
 use super::polygon::triangulate;
-use crate::asset::Asset;
+use crate::document::asset::Asset;
 use crate::error::{Error, Result};
 use crate::reach::Reach;
 use crate::read::ReadOptions;

@@ -25,8 +25,8 @@ use seamwise_texture::equalize;
 use seamwise_texture::{Footprint, Role, Validity, Wrap};
 use serde_json::Value;
 
-use crate::asset::Asset;
 use crate::atlas::{AtlasOptions, ImageRepair, encode_repaired, repair_all_with};
+use crate::document::asset::Asset;
 use crate::error::{Error, Result};
 use crate::image_file::codec::{Encoding, detect_format};
 use crate::image_file::encoded::{self, EncodedImage};

@@ -9,12 +9,12 @@ use seamwise_texture::{Footprint, Plane, Role, Validity, detect_background};
 use serde_json::Value;
 
 use super::{Background, MeshOptions, RepairOptions, WRAP};
-use crate::asset::Asset;
 use crate::charts::{Charts, Reads};
+use crate::document::asset::Asset;
+use crate::document::primitive::Primitive;
 use crate::error::{Error, Result};
 use crate::geometry::check_size;
 use crate::image_file::picture::Picture;
-use crate::primitive::Primitive;
 use crate::read::{ReadOptions, read_geometry};
 use crate::seams::Surface;
 

@@ -4,7 +4,7 @@ use seamwise_attr::{Level, Mesh};
 use serde::Serialize;
 
 use super::table::align;
-use crate::asset::Asset;
+use crate::document::asset::Asset;
 use crate::geometry::Geometry;
 
 /// Meshes that the table has room for; all of them are in the JSON.

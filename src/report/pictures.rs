@@ -9,8 +9,8 @@ use image::{DynamicImage, RgbImage};
 use rayon::prelude::*;
 use seamwise_texture::{Footprint, MipReads, Role, Validity};
 
-use crate::asset::Asset;
 use crate::atlas::{ImageRepair, LeftAlone, Repaired};
+use crate::document::asset::Asset;
 use crate::error::{Error, Result};
 use crate::evaluate::camera::Rig;
 use crate::evaluate::heat::difference_map;

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::pictures::{MOST_ATLASES, Picture, thumbnail};
 use super::ticks::grouped;
-use crate::asset::Asset;
+use crate::document::asset::Asset;
 use crate::error::Result;
 use crate::image_file::codec::decode;
 use crate::image_file::encoded::EncodedImage;

@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, anyhow, bail};
 
-use seamwise::asset::Asset;
 use seamwise::atlas::{encode_repaired, repair_all};
 use seamwise::certificate::{largest_sizes, select_level};
+use seamwise::document::asset::Asset;
 use seamwise::evaluate::Reference;
 use seamwise::evaluate::camera::Rig;
 use seamwise::evaluate::load::{TextureCache, load};

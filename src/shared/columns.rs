@@ -2,12 +2,11 @@
 
 use gltf::json::accessor::ComponentType;
 
-use crate::accessor::{self, Elements};
-use crate::asset::Asset;
+use crate::document::accessor::{self, Elements, Named};
+use crate::document::asset::Asset;
+use crate::document::primitive::{Attributes, Primitive};
 use crate::error::Result;
 use crate::parts::LevelPart;
-use crate::primitive::{Attributes, Primitive};
-use crate::skin::Named;
 
 /// What vertices carry: the attributes, and those of each morph target.
 pub(super) struct Columns {

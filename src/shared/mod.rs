@@ -15,14 +15,14 @@ mod columns;
 use rustc_hash::{FxHashMap, FxHashSet};
 use serde_json::{Value, json};
 
-use crate::accessor::{self, Elements};
-use crate::asset::Asset;
+use crate::document::accessor::{self, Elements, Named};
+use crate::document::asset::Asset;
+use crate::document::edit::{Packer, index_size};
+use crate::document::primitive::{Attributes, Primitive};
+use crate::document::references::replaced_accessors;
 use crate::error::Result;
-use crate::levels::{DressedLevel, replaced_accessors};
-use crate::pack::{Packer, index_size};
+use crate::levels::DressedLevel;
 use crate::parts::LevelPart;
-use crate::primitive::{Attributes, Primitive};
-use crate::skin::Named;
 use columns::Columns;
 
 /// How far components of a normal may be apart that was read, made a unit vector and rounded: 0.06°.

@@ -2,8 +2,8 @@
 
 use seamwise_attr::{Mesh, PointId};
 
-use crate::accessor::Elements;
-use crate::asset::Asset;
+use crate::document::accessor::Elements;
+use crate::document::asset::Asset;
 use crate::error::{Error, Result};
 use crate::geometry::{Geometry, Part};
 

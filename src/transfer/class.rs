@@ -13,8 +13,8 @@ use seamwise_texture::{Role, Wrap};
 use serde_json::{Value, json};
 
 use super::plan::{Charts, SourceReading, UvLayout};
+use crate::document::material::TextureSlot;
 use crate::geometry::Geometry;
-use crate::textures::TextureSlot;
 
 const BASE_COLOR: &str = "pbrMetallicRoughness/baseColorTexture";
 const METALLIC_ROUGHNESS: &str = "pbrMetallicRoughness/metallicRoughnessTexture";

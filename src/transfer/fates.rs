@@ -5,8 +5,8 @@ use serde_json::Value;
 
 use super::merge::Apart;
 use super::plan::{Plan, UvLayout};
-use crate::asset::Asset;
-use crate::atlas::material_slots;
+use crate::document::asset::Asset;
+use crate::document::material::material_slots;
 use crate::error::Result;
 
 /// What becomes of the textures of a material.

@@ -7,8 +7,8 @@ use gltf::json::accessor::ComponentType;
 use serde_json::Value;
 
 use super::plan::UvLayout;
-use crate::accessor::Elements;
-use crate::asset::Asset;
+use crate::document::accessor::Elements;
+use crate::document::asset::Asset;
 use crate::geometry::{Geometry, Part};
 
 /// The parts of surfaces that become one primitive.
@@ -82,7 +82,7 @@ impl Kind {
         for key in ["attributes", "indices", "targets", "material", "mode"] {
             rest.as_object_mut().map(|own| own.shift_remove(key));
         }
-        crate::extensions::remove_extension(&mut rest, "KHR_draco_mesh_compression");
+        crate::document::extensions::remove_extension(&mut rest, "KHR_draco_mesh_compression");
         Self {
             layout,
             mesh: part.primitive.mesh,

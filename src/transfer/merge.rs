@@ -7,12 +7,11 @@ use serde_json::{Map, Value, json};
 
 use super::class::{Class, Look, PLACES, layout};
 use super::plan::UvLayout;
-use crate::asset::Asset;
-use crate::atlas::worn_materials;
+use crate::document::asset::Asset;
+use crate::document::material::{TextureSlot, worn_materials};
+use crate::document::primitive::Primitive;
 use crate::error::Result;
 use crate::geometry::Geometry;
-use crate::primitive::Primitive;
-use crate::textures::TextureSlot;
 
 /// Why a material stays by itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

@@ -11,11 +11,10 @@ use super::class::Class;
 use super::join::Joins;
 use super::merge::{Apart, Merging};
 use super::uses::{Used, uses, worn_together};
-use crate::asset::Asset;
-use crate::atlas::{material_slots, worn_materials};
+use crate::document::asset::Asset;
+use crate::document::material::{TextureSlot, material_slots, worn_materials};
 use crate::error::Result;
 use crate::geometry::Geometry;
-use crate::textures::TextureSlot;
 
 /// Triangles of a group as they read an image.
 #[derive(Clone, Copy, Debug, PartialEq)]

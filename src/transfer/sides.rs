@@ -6,7 +6,7 @@ use rustc_hash::FxHashMap;
 use seamwise_attr::{DisjointSets, Level, Mesh, WedgeId};
 use seamwise_texture::transfer::{Side, Source};
 
-use crate::asset::Asset;
+use crate::document::asset::Asset;
 use crate::error::Result;
 use crate::geometry::Geometry;
 use crate::tangents::{mesh_tangents, source_tangents};

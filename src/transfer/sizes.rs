@@ -14,13 +14,12 @@ use seamwise_attr::{Mesh, area_vector};
 use seamwise_texture::transfer::Face;
 
 use super::plan::{Charts, UvLayout, faces};
-use crate::asset::Asset;
 use crate::certificate::Screen;
+use crate::document::asset::Asset;
+use crate::document::nodes::{largest_stretch, mesh_worlds};
 use crate::error::Result;
 use crate::evaluate::switch::largest_size;
 use crate::geometry::Geometry;
-use crate::nodes::mesh_worlds;
-use crate::steering::largest_stretch;
 
 /// The share of a new atlas that charts cover, about.
 const PACKED: f64 = 0.6;

@@ -5,13 +5,12 @@ use seamwise_texture::transfer::{Face, overlap};
 use seamwise_texture::{Role, Wrap};
 
 use super::plan::{Charts, ImageUse, Shared, SourceReading, faces};
-use crate::asset::Asset;
-use crate::atlas::{main_role, worn};
+use crate::document::asset::Asset;
+use crate::document::material::{TextureSlot, main_role, worn};
+use crate::document::primitive::Primitive;
 use crate::error::Result;
 use crate::geometry::Geometry;
 use crate::image_file::encoded::EncodedImage;
-use crate::primitive::Primitive;
-use crate::textures::TextureSlot;
 
 /// Texels of a side at which overlaps are looked for.
 const LOOK: usize = 512;

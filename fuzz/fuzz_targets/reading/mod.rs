@@ -4,7 +4,7 @@
 
 use std::path::Path;
 
-use seamwise::asset::Asset;
+use seamwise::document::asset::Asset;
 use seamwise::evaluate::load::{TextureCache, load};
 use seamwise::image_file::codec::decode;
 use seamwise::limit::MemoryLimit;

@@ -11,13 +11,13 @@ use std::collections::BTreeSet;
 use gltf::json::accessor::ComponentType;
 use serde_json::{Value, json};
 
-use crate::accessor::Elements;
-use crate::asset::Asset;
+use super::accessor::Elements;
+use super::asset::Asset;
+use super::material::match_formats;
+use super::quantization;
+use crate::document::references::used_views;
 use crate::error::{Error, Result};
 use crate::image_file::encoded::EncodedImage;
-use crate::prune::drop_from;
-use crate::quantization;
-use crate::textures::match_formats;
 
 /// What the bytes of a buffer view are for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -238,29 +238,6 @@ fn trim(json: &mut Value, name: &str, free: &mut Vec<usize>) {
     }
 }
 
-/// Every buffer view that the document refers to, by the key that all references to one have.
-fn used_views(json: &Value) -> BTreeSet<usize> {
-    fn collect(json: &Value, views: &mut BTreeSet<usize>) {
-        match json {
-            Value::Object(object) => {
-                for (key, value) in object {
-                    match value.as_u64() {
-                        Some(index) if key == "bufferView" => {
-                            views.insert(index as usize);
-                        }
-                        _ => collect(value, views),
-                    }
-                }
-            }
-            Value::Array(list) => list.iter().for_each(|value| collect(value, views)),
-            _ => {}
-        }
-    }
-    let mut views = BTreeSet::new();
-    collect(json, &mut views);
-    views
-}
-
 fn type_name(components: usize) -> &'static str {
     ["SCALAR", "VEC2", "VEC3", "VEC4"][components - 1]
 }
@@ -339,10 +316,22 @@ pub(crate) fn join_buffers(asset: &Asset, beside: Option<&[String]>) -> Result<A
     Ok(Asset { json, buffers: vec![bytes], images: asset.images.clone() })
 }
 
+/// Drops entries of a list, and a list that is empty then.
+pub(crate) fn drop_from(json: &mut Value, name: &str, gone: &BTreeSet<usize>) {
+    let Some(list) = json.get_mut(name).and_then(Value::as_array_mut) else { return };
+    let mut index = 0..;
+    list.retain(|_| index.next().is_some_and(|index| !gone.contains(&index)));
+    if list.is_empty()
+        && let Some(document) = json.as_object_mut()
+    {
+        document.shift_remove(name);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::accessor;
+    use crate::document::accessor;
     use crate::image_file::encoded::ImageFormat;
 
     fn floats(values: &[f32], components: usize) -> Elements {

@@ -2,8 +2,8 @@
 
 use glam::{DMat4, DQuat, DVec3, Quat, Vec3};
 
-use crate::accessor;
-use crate::asset::Asset;
+use super::accessor;
+use super::asset::Asset;
 use crate::error::{Error, Result};
 
 /// The transforms of the instances of a node's mesh in the node's own space; one that changes

@@ -7,7 +7,7 @@
 use gltf::json::accessor::{Accessor as Json, ComponentType, Type, sparse::Sparse};
 use gltf::json::validation::Checked;
 
-use crate::asset::Asset;
+use super::asset::Asset;
 use crate::error::{Error, Result};
 
 /// Most bytes of zeros that an accessor without a buffer view may stand for, per byte of all
@@ -287,6 +287,9 @@ impl Elements {
 fn words<const N: usize>(bytes: &[u8]) -> impl Iterator<Item = [u8; N]> + '_ {
     bytes.as_chunks::<N>().0.iter().copied()
 }
+
+/// Attributes by name.
+pub(crate) type Named = (String, Elements);
 
 #[cfg(test)]
 mod tests {

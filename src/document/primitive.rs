@@ -5,8 +5,8 @@ use serde_json::Value;
 
 use glam::Vec3;
 
-use crate::accessor::{self, Elements};
-use crate::asset::Asset;
+use super::accessor::{self, Elements};
+use super::asset::Asset;
 use crate::error::{Error, Result};
 
 /// Attribute names and their accessors, in the order of the document.

@@ -6,9 +6,10 @@ use serde_json::Value;
 
 use seamwise_texture::{Role, Wrap};
 
-use crate::asset::Asset;
+use super::asset::Asset;
+use super::extensions::{drop_unused_extension, remove_extension, require_extension};
+use super::primitive::Primitive;
 use crate::error::{Error, Result};
-use crate::extensions::{drop_unused_extension, remove_extension, require_extension};
 use crate::image_file::encoded::EncodedImage;
 
 /// A texture as a material uses it.
@@ -197,6 +198,38 @@ fn role(at: &str) -> Role {
         Role::Normal
     } else {
         Role::Data
+    }
+}
+
+/// The textures of each material.
+pub(crate) fn material_slots(asset: &Asset) -> Result<Vec<Vec<TextureSlot>>> {
+    (0..asset.count("materials")).map(|material| slots(asset, material)).collect()
+}
+
+/// Every texture of every material that a primitive may wear.
+pub(crate) fn worn<'a>(
+    asset: &Asset,
+    primitive: &Primitive,
+    materials: &'a [Vec<TextureSlot>],
+) -> Result<Vec<&'a TextureSlot>> {
+    Ok(worn_materials(asset, primitive)?.into_iter().flat_map(|own| &materials[own]).collect())
+}
+
+/// Every material that a primitive may wear: its own and those of `KHR_materials_variants`.
+pub(crate) fn worn_materials(asset: &Asset, primitive: &Primitive) -> Result<Vec<usize>> {
+    let at = format!("{}/extensions/KHR_materials_variants/mappings", primitive.at);
+    let mappings = asset.json.pointer(&at).and_then(Value::as_array).map_or(0, Vec::len);
+    let material = |mapping| asset.reference(&format!("{at}/{mapping}"), "material", "materials");
+    let variants = (0..mappings).filter_map(|mapping| material(mapping).transpose());
+    primitive.material.map(Ok).into_iter().chain(variants).collect()
+}
+
+/// The role of an image that is used in two: a color says most about what its texels mean.
+pub(crate) fn main_role(a: Role, b: Role) -> Role {
+    match (a, b) {
+        (Role::Color, _) | (_, Role::Color) => Role::Color,
+        (Role::Normal, _) | (_, Role::Normal) => Role::Normal,
+        _ => Role::Data,
     }
 }
 

@@ -2,12 +2,13 @@
 
 use glam::{DMat4, DQuat, DVec3, Mat4};
 use gltf::json;
+use nalgebra::{Matrix3, Vector3};
 use rustc_hash::FxHashMap;
 use serde_json::Value;
 
-use crate::asset::Asset;
+use super::asset::Asset;
+use super::instances::instances;
 use crate::error::{Error, Result};
-use crate::instances::instances;
 
 /// The nodes of the default scene with their world transforms.
 pub(crate) fn world_nodes(asset: &Asset) -> Result<Vec<(usize, DMat4)>> {
@@ -81,4 +82,36 @@ fn local_transform(asset: &Asset, at: &str) -> Result<DMat4> {
     let (scale, translation) =
         (vector(node.scale, DVec3::ONE), vector(node.translation, DVec3::ZERO));
     Ok(DMat4::from_scale_rotation_translation(scale, rotation, translation))
+}
+
+/// The largest singular value of the linear parts of transforms; 1 if none has a size.
+pub(crate) fn largest_stretch(worlds: &[DMat4]) -> f64 {
+    stretches(worlds).into_iter().fold(0.0, f64::max)
+}
+
+/// The largest singular value of the linear part of each transform that has a size; 1 if none has.
+pub(crate) fn stretches(worlds: &[DMat4]) -> Vec<f64> {
+    let stretch = |world: &DMat4| {
+        let columns = [world.x_axis, world.y_axis, world.z_axis];
+        let linear = Matrix3::from_columns(&columns.map(|c| Vector3::new(c.x, c.y, c.z)));
+        linear.singular_values().max()
+    };
+    let has_size = |stretch: &f64| *stretch > 0.0 && stretch.is_finite();
+    let sized: Vec<f64> = worlds.iter().map(stretch).filter(has_size).collect();
+    if sized.is_empty() { vec![1.0] } else { sized }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    #[test]
+    fn the_largest_stretch_is_along_the_longest_axis_of_any_node() {
+        let turn = DMat4::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 0.7);
+        let scaled = |scale: DVec3| turn * DMat4::from_scale(scale) * turn;
+        let worlds = [scaled(DVec3::new(2.0, -5.0, 1.0)), scaled(DVec3::splat(3.0))];
+        assert!((largest_stretch(&worlds) - 5.0).abs() < 1e-12);
+        assert_eq!(largest_stretch(&[DMat4::from_scale(DVec3::ZERO)]), 1.0);
+    }
 }

@@ -5,7 +5,7 @@
 
 use serde_json::Value;
 
-use crate::extensions::{require_extension, unlist_extension};
+use super::extensions::{require_extension, unlist_extension};
 
 /// The extension.
 const NAME: &str = "KHR_mesh_quantization";

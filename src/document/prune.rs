@@ -9,12 +9,13 @@ use std::collections::BTreeSet;
 use image::DynamicImage;
 use serde_json::{Value, json};
 
-use crate::asset::Asset;
+use super::asset::Asset;
+use super::edit::Packer;
+use super::material::slots;
+use crate::document::edit::drop_from;
 use crate::error::Result;
 use crate::image_file::codec::encode;
 use crate::image_file::encoded::ImageFormat;
-use crate::pack::Packer;
-use crate::textures::slots;
 
 /// Extensions beside those of materials whose references to materials, textures and images are known,
 /// if they have any.
@@ -128,18 +129,6 @@ fn change_all(json: &mut Value, key: &str, moved: &[usize]) {
         }
         Value::Array(list) => list.iter_mut().for_each(|value| change_all(value, key, moved)),
         _ => {}
-    }
-}
-
-/// Drops entries of a list, and a list that is empty then.
-pub(crate) fn drop_from(json: &mut Value, name: &str, gone: &BTreeSet<usize>) {
-    let Some(list) = json.get_mut(name).and_then(Value::as_array_mut) else { return };
-    let mut index = 0..;
-    list.retain(|_| index.next().is_some_and(|index| !gone.contains(&index)));
-    if list.is_empty()
-        && let Some(document) = json.as_object_mut()
-    {
-        document.shift_remove(name);
     }
 }
 
