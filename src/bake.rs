@@ -354,7 +354,7 @@ fn level_reports(
     let triangles = |mesh: &LevelMesh<'_>| mesh.geometry.welded.mesh.triangles.len();
     let total = dressed.first().map_or(0, |level| level.meshes.iter().map(triangles).sum());
     let shares = options.targets.shares(total);
-    let sizes = measured.map(|measured| options.screen.largest_sizes(&measured.metrics));
+    let sizes = measured.map(|measured| options.screen.largest_sizes(measured.distances()));
     let counts = options.targets.counts(total);
     let report = |(index, share): (usize, &f64)| {
         let levels = || chains.iter().map(|chain| &chain[index]);

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use seamwise_attr::Level;
 use serde_json::{Value, json};
 
-use crate::certificate::{Screen, certificate, certify};
+use crate::certificate::{certificate, certify};
 use crate::document::asset::Asset;
 use crate::dress::LevelTextures;
 use crate::error::Result;
@@ -15,6 +15,7 @@ use crate::levels::{Coverage, DressedLevel, LevelMesh, chain_asset};
 use crate::options::BakeOptions;
 use crate::output::Layout;
 use crate::quantize::may_scale;
+use crate::screen::Screen;
 
 /// Levels that do not wear anything yet.
 pub(crate) struct Undressed<'a> {
@@ -69,7 +70,7 @@ impl Chain<'_> {
         }
         let output = options.output;
         if output.layout != Layout::Apart {
-            let sizes = measured.map(|measured| options.screen.largest_sizes(&measured.metrics));
+            let sizes = measured.map(|measured| options.screen.largest_sizes(measured.distances()));
             let coverage = measured.zip(sizes.as_deref()).map(|(measured, sizes)| Coverage {
                 screen: &options.screen,
                 sizes,
@@ -102,4 +103,11 @@ pub(crate) struct Measured {
     pub(crate) metrics: Vec<Metrics>,
     /// Of the source's bounding box, in world units.
     pub(crate) diagonal: f64,
+}
+
+impl Measured {
+    /// The RMS distance of each level.
+    pub(crate) fn distances(&self) -> impl Iterator<Item = f64> {
+        self.metrics.iter().map(|metrics| metrics.distance_rms)
+    }
 }

@@ -7,7 +7,6 @@ use rustc_hash::FxHashMap;
 use seamwise_attr::Level;
 use serde_json::{Value, json};
 
-use crate::certificate::Screen;
 use crate::document::accessor::{Elements, Named};
 use crate::document::asset::Asset;
 use crate::document::edit::Packer;
@@ -24,6 +23,7 @@ use crate::layout::{Layout, Shown, add_levels, add_suffix, place_on_grid, push};
 use crate::output::OutputOptions;
 use crate::parts::{LevelPart, level_parts};
 use crate::quantize::{Grid, quantize};
+use crate::screen::Screen;
 use crate::shared::{Shared, SharedParts};
 
 /// One level of a surface, ready to be written.

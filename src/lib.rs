@@ -68,6 +68,7 @@ mod reach;
 pub mod read;
 pub mod repair;
 pub mod report;
+pub mod screen;
 pub mod seams;
 mod shared;
 mod skin;

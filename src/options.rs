@@ -4,12 +4,12 @@ use std::time::Duration;
 
 use seamwise_attr::Polish;
 
-use crate::certificate::Screen;
 use crate::error::{Error, Result};
 use crate::evaluate;
 use crate::limit::MemoryLimit;
 use crate::output::OutputOptions;
 use crate::read::ReadOptions;
+use crate::screen::Screen;
 use crate::steering::Steering;
 use crate::transfer::TransferOptions;
 

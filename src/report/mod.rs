@@ -13,11 +13,11 @@ pub mod worn;
 
 use serde::Serialize;
 
-use crate::certificate::Screen;
 use crate::error::{Error, Result};
 use crate::evaluate::camera::{Camera, Rig};
 use crate::evaluate::scene::Mode;
 use crate::evaluate::{Metrics, ViewMetrics};
+use crate::screen::Screen;
 use crate::transfer::MaterialTextures;
 use meshes::mesh_table;
 use table::{COLUMNS, header, row};

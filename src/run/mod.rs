@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, anyhow, bail};
 
 use seamwise::atlas::{encode_repaired, repair_all};
-use seamwise::certificate::{largest_sizes, select_level};
+use seamwise::certificate::largest_sizes;
 use seamwise::document::asset::Asset;
 use seamwise::evaluate::Reference;
 use seamwise::evaluate::camera::Rig;
@@ -23,6 +23,7 @@ use seamwise::repair::{RepairOptions, repair_file};
 use seamwise::report::html::evaluate_page;
 use seamwise::report::pictures::Gallery;
 use seamwise::report::{CandidateReport, EvaluateReport, ReferenceReport, ViewReport};
+use seamwise::screen::select_level;
 use seamwise::write::write_files;
 
 use crate::cli::{Common, EvaluateArgs, InspectArgs, ReadingArgs, RepairArgs, SelectArgs};

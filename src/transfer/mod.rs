@@ -27,7 +27,6 @@ use seamwise_attr::{Level, Mesh};
 use seamwise_texture::transfer::{Pair, Source};
 
 use crate::atlas::ImageRepair;
-use crate::certificate::Screen;
 use crate::document::asset::Asset;
 use crate::document::material::worn_materials;
 use crate::document::prune::Leftovers;
@@ -38,6 +37,7 @@ use crate::image_file::codec::Encoding;
 use crate::image_file::encoded::EncodedImage;
 use crate::limit::MemoryLimit;
 use crate::progress::Progress;
+use crate::screen::Screen;
 pub use fates::{Fate, MaterialTextures, TextureFate};
 use make::{Made, Sheet, Worn, sheets};
 pub use merge::Apart;

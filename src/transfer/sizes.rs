@@ -14,12 +14,11 @@ use seamwise_attr::{Mesh, area_vector};
 use seamwise_texture::transfer::Face;
 
 use super::plan::{Charts, UvLayout, faces};
-use crate::certificate::Screen;
 use crate::document::asset::Asset;
 use crate::document::nodes::{largest_stretch, mesh_worlds};
 use crate::error::Result;
-use crate::evaluate::switch::largest_size;
 use crate::geometry::Geometry;
+use crate::screen::{Screen, largest_size};
 
 /// The share of a new atlas that charts cover, about.
 const PACKED: f64 = 0.6;
