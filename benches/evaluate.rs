@@ -15,9 +15,9 @@ use seamwise::evaluate::load::{TextureCache, load};
 use seamwise::evaluate::render::render_views;
 use seamwise::evaluate::scene::{Mode, Scene};
 use seamwise::evaluate::{Options, Reference};
+use seamwise::import::read;
 use seamwise::options::BakeOptions;
 use seamwise::progress::Progress;
-use seamwise::read::read;
 
 const HELMET: &str =
     concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/assets/pbr/FlightHelmet/FlightHelmet.gltf");

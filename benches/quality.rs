@@ -27,9 +27,9 @@ use seamwise::evaluate::load::{TextureCache, load};
 use seamwise::evaluate::scene::{Material, Scene};
 use seamwise::evaluate::{self, Metrics, Reference};
 use seamwise::geometry::Geometry;
+use seamwise::import::read;
 use seamwise::levels::{DressedLevel, LevelMesh, level_asset};
 use seamwise::limit::MemoryLimit;
-use seamwise::read::read;
 use seamwise::surfaces::weld_all;
 use seamwise_attr::{Level, Mesh, Options, Polish, Weights, polish_chain, simplify_chain, weld};
 

@@ -24,7 +24,7 @@ use criterion::{BatchSize, Criterion, SamplingMode};
 use rayon::ThreadPoolBuilder;
 use rival::Group;
 use seamwise::geometry::Geometry;
-use seamwise::read::read;
+use seamwise::import::read;
 use seamwise::report::peak_memory;
 use seamwise_attr::{Level, Mesh, Options, Polish, polish_chain, simplify_chain, weld};
 use sphere::displaced_sphere;

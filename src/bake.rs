@@ -20,10 +20,11 @@ use crate::evaluate::{self, Reference};
 use crate::geometry::Geometry;
 use crate::image_file::codec::Encoding;
 use crate::image_file::encoded::EncodedImage;
+use crate::import;
+use crate::import::options::{ReadOptions, folder_of};
 use crate::levels::{DressedLevel, LevelMesh, level_asset};
 use crate::options::{BakeOptions, BudgetPer, Textures};
 use crate::progress::Progress;
-use crate::read::{self, ReadOptions};
 use crate::report::html::{Extras, bake_page};
 use crate::report::pictures::{Gallery, draw_atlases};
 use crate::report::threads::time_threads;
@@ -84,17 +85,15 @@ impl Input<'_> {
     /// The files beside the input that it names.
     fn named_files(&self, asset: &Asset, options: ReadOptions) -> Vec<PathBuf> {
         match self {
-            Self::File(path) => {
-                read::document_files(&asset.json, options.reach(read::folder_of(path)))
-            }
+            Self::File(path) => import::document_files(&asset.json, options.reach(folder_of(path))),
             Self::Bytes(..) => Vec::new(),
         }
     }
 
     fn read(&self, options: ReadOptions) -> Result<Asset> {
         match self {
-            Self::File(path) => read::read_with(path, options),
-            Self::Bytes(bytes, _) => read::read_bytes_with(bytes, Path::new(""), options),
+            Self::File(path) => import::read_with(path, options),
+            Self::Bytes(bytes, _) => import::read_bytes_with(bytes, Path::new(""), options),
         }
     }
 }

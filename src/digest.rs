@@ -12,9 +12,9 @@ use blake3::Hasher;
 
 use crate::bake::Input;
 use crate::error::{Error, Result};
+use crate::import::named_files;
 use crate::limit::MemoryLimit;
 use crate::options::BakeOptions;
-use crate::read::named_files;
 
 /// The hash of an input, baked with `options`, in hexadecimal.
 ///

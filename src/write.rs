@@ -173,7 +173,7 @@ mod tests {
             Asset { json: json.clone(), buffers: vec![vec![1, 2, 3, 4, 5]], images: Vec::new() };
         let glb = to_glb(&asset).unwrap();
         assert_eq!(glb.len() as u32, u32::from_le_bytes(glb[8..12].try_into().unwrap()));
-        let back = crate::read::read_bytes(&glb, Path::new("")).unwrap();
+        let back = crate::import::read_bytes(&glb, Path::new("")).unwrap();
         assert_eq!((back.json, back.buffers), (json, asset.buffers));
     }
 

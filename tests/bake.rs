@@ -137,7 +137,7 @@ fn every_file_is_valid_and_read_back() {
         let levels = (1..=4).map(|level| (format!("{name}_lod{level}"), baked.level_path(level)));
         for (name, path) in levels.chain([(name.to_owned(), baked.chain_path())]) {
             assert_sound(&name, &Output::read(&path));
-            let again = seamwise::read::read(&path).unwrap_or_else(|e| panic!("{name}: {e}"));
+            let again = seamwise::import::read(&path).unwrap_or_else(|e| panic!("{name}: {e}"));
             load(&again, &mut TextureCache::default()).unwrap_or_else(|e| panic!("{name}: {e}"));
         }
     }
@@ -443,7 +443,7 @@ fn the_bytes_do_not_depend_on_the_number_of_threads() {
 fn compare(reference: &Build, candidate: &Build) -> Metrics {
     let scene = |build: &Build| {
         let asset: Asset =
-            seamwise::read::read_bytes(&build.glb(), Path::new("")).expect("an asset");
+            seamwise::import::read_bytes(&build.glb(), Path::new("")).expect("an asset");
         load(&asset, &mut TextureCache::default()).expect("a scene")
     };
     let options = Options { views: 2, resolution: 64, samples: 5_000, pixel_tolerance: 1.0 };

@@ -20,7 +20,7 @@ const OPTIONS: Options =
     Options { views: 3, resolution: 96, samples: 20_000, pixel_tolerance: 1.0 };
 
 fn scene(build: &Build) -> Scene {
-    let asset = seamwise::read::read_bytes(&build.glb(), Path::new("")).expect("an asset");
+    let asset = seamwise::import::read_bytes(&build.glb(), Path::new("")).expect("an asset");
     load(&asset, &mut TextureCache::default()).expect("a scene")
 }
 

@@ -11,7 +11,8 @@ use common::output::Output;
 use common::shapes::{Shape, seam_cube, sphere};
 use common::within;
 use seamwise::document::asset::Asset;
-use seamwise::read::{ReadOptions, read, read_with};
+use seamwise::import::options::ReadOptions;
+use seamwise::import::{read, read_with};
 use seamwise::write::to_glb;
 use serde_json::{Value, json};
 use tempfile::TempDir;
@@ -68,7 +69,7 @@ fn corners(asset: &Asset) -> Vec<Corner> {
 
 fn as_gltf(shape: &Shape) -> Vec<Corner> {
     let glb = Build::of(shape).glb();
-    corners(&seamwise::read::read_bytes(&glb, Path::new("")).expect("a .glb"))
+    corners(&seamwise::import::read_bytes(&glb, Path::new("")).expect("a .glb"))
 }
 
 fn assert_near(own: &[Corner], other: &[Corner], what: &str) {

@@ -92,7 +92,7 @@ fn still_life() -> Build {
 
 #[test]
 fn views_of_the_renderer() {
-    let asset = seamwise::read::read_bytes(&still_life().glb(), Path::new("")).expect("an asset");
+    let asset = seamwise::import::read_bytes(&still_life().glb(), Path::new("")).expect("an asset");
     let scene = load(&asset, &mut TextureCache::default()).expect("a scene");
     let rig = Rig::around(&scene, 2, 96);
     for (mode, name) in [(Mode::Lit, "lit"), (Mode::Unlit, "unlit")] {

@@ -19,7 +19,7 @@ use serde_json::json;
 /// Bakes two levels of a real asset; `None` where there is none.
 fn bake(name: &str) -> Option<(Asset, Vec<Output>)> {
     let path = shared_assets()?.join(name);
-    let source = seamwise::read::read(&path).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let source = seamwise::import::read(&path).unwrap_or_else(|error| panic!("{name}: {error}"));
     let options = BakeOptions { targets: Targets::halves(2), ..measured() };
     let baked = Baked::input(Input::File(&path), &options)
         .unwrap_or_else(|error| panic!("{name}: {error}"));
@@ -93,7 +93,7 @@ fn a_ktx2_texture_that_nothing_changes_is_written_byte_for_byte() {
         BakeOptions { targets: Targets::halves(1), textures: Textures::Keep, ..unmeasured() };
     let baked = Baked::input(Input::File(&path), &options).expect("a bake");
     assert_eq!(kinds(&baked.level(1)), (false, "image/ktx2", true));
-    let image = |path: &Path| seamwise::read::read(path).expect("an asset").images.remove(0);
+    let image = |path: &Path| seamwise::import::read(path).expect("an asset").images.remove(0);
     assert_eq!(image(&baked.level_path(1)), image(&path));
 }
 

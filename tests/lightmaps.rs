@@ -14,7 +14,7 @@ const LIGHTMAPS: [(&str, &str); 3] =
 
 /// Which texels the charts of UV set 1 cover, of the meshes of a name or whose nodes have it.
 fn covered(file: &Path, name: &str, [width, height]: [usize; 2]) -> Validity {
-    let asset = seamwise::read::read(file).expect("an asset");
+    let asset = seamwise::import::read(file).expect("an asset");
     let of_name = |list: &str| {
         let objects = asset.json[list].as_array().expect("a list").iter().enumerate();
         objects.filter(|(_, object)| object["name"] == name).collect::<Vec<_>>()

@@ -14,8 +14,8 @@ use seamwise::bake::Input;
 use seamwise::evaluate::load::{TextureCache, load};
 use seamwise::evaluate::scene::Scene;
 use seamwise::evaluate::{Options, Reference};
+use seamwise::import::read;
 use seamwise::options::{BakeOptions, Targets, Textures};
-use seamwise::read::read;
 use seamwise::transfer::{Atlas, Sizes, TransferOptions};
 use serde_json::{Value, json};
 

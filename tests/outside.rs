@@ -9,7 +9,8 @@ use common::assets::{picture, textured};
 use common::build::png;
 use common::formats::{obj, ply};
 use common::shapes::sphere;
-use seamwise::read::{ReadOptions, read_with};
+use seamwise::import::options::ReadOptions;
+use seamwise::import::read_with;
 use serde_json::{Value, json};
 use tempfile::TempDir;
 

@@ -340,7 +340,7 @@ fn an_asset_keeps_the_profiles_of_its_images_and_its_jpegs_may_become_pngs() {
             RepairOptions { encoding: Encoding { png, quality: 80 }, ..RepairOptions::default() };
         let (glb, said) = rewrite_with(&build.glb(), "glb", &options).unwrap();
         assert!(said.contains(word), "{said}");
-        let mut asset = seamwise::read::read_bytes(&glb, Path::new("")).unwrap();
+        let mut asset = seamwise::import::read_bytes(&glb, Path::new("")).unwrap();
         let is_webp = format == encoded::ImageFormat::WebP;
         assert_eq!(asset.json["textures"][0].get("source").is_none(), is_webp);
         assert_eq!(asset.json.get("extensionsRequired").is_some(), is_webp);

@@ -81,7 +81,7 @@ fn an_asset_keeps_all_but_the_texels_around_its_charts() {
     assert!(table.contains("2048×2048"), "{table}");
     assert_no_invalid_reads_after(&table);
 
-    let [before, after] = [&input, &output].map(|path| seamwise::read::read(path).unwrap());
+    let [before, after] = [&input, &output].map(|path| seamwise::import::read(path).unwrap());
     for list in ["nodes", "meshes", "materials", "accessors", "textures", "samplers", "scenes"] {
         assert_eq!(before.json[list], after.json[list], "{list}");
     }
@@ -203,7 +203,7 @@ fn what_was_filled_is_drawn() {
         return;
     };
     let table = repair(&input, &file("t.glb"), &["--diff", diff.to_str().unwrap()]).unwrap();
-    let images = seamwise::read::read(&input).unwrap().images.len();
+    let images = seamwise::import::read(&input).unwrap().images.len();
     let drawn = (0..images).filter(|image| file(&format!("d_{image}.png")).exists()).count();
     let rows = table.lines().skip(1).take(images);
     assert_eq!(drawn, rows.filter(|row| !row.contains("left alone")).count(), "{table}");
@@ -299,7 +299,7 @@ fn assets_and_lightmaps_are_scaled_with_all_they_hold() {
     let table = repair(&input, &output, &["--scale", "1/4"]).unwrap();
     assert!(table.contains("256×256"), "{table}");
     assert_no_invalid_reads_after(&table);
-    let half = seamwise::read::read(&output).unwrap();
+    let half = seamwise::import::read(&output).unwrap();
     let texels =
         seamwise::image_file::codec::decode(&half.images[0], "", Default::default()).unwrap();
     assert_eq!((texels.width(), texels.height()), (256, 256));
@@ -345,7 +345,7 @@ fn seams_are_equalized_and_nothing_else_beside_the_fill() {
         assert!(steps("rms_step_after", mip) < 0.3 * steps("rms_step_before", mip), "{seams}");
     }
     let texels = |path: &Path| {
-        let asset = seamwise::read::read(path).unwrap();
+        let asset = seamwise::import::read(path).unwrap();
         seamwise::image_file::codec::decode(&asset.images[0], "", Default::default())
             .unwrap()
             .to_rgba8()

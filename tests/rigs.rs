@@ -12,9 +12,9 @@ use common::{Baked, shared_assets, unmeasured};
 use gltf::Semantic;
 use gltf::accessor::DataType;
 use seamwise::bake::Input;
+use seamwise::import::read;
 use seamwise::options::{BakeOptions, Targets, Textures};
 use seamwise::output::OutputOptions;
-use seamwise::read::read;
 use seamwise::write::to_glb;
 
 /// Ways to pose a document's surface.

@@ -489,7 +489,7 @@ fn a_container_that_lies_about_its_lengths_is_refused() {
 fn uris_lead_nowhere_they_should_not() {
     let read = |uri: &str| {
         let json = json!({"asset": {"version": "2.0"}, "buffers": [{"byteLength": 4, "uri": uri}]});
-        seamwise::read::read_bytes(json.to_string().as_bytes(), Path::new("/nonexistent"))
+        seamwise::import::read_bytes(json.to_string().as_bytes(), Path::new("/nonexistent"))
     };
     for uri in [
         "http://example.com/a.bin",
@@ -512,6 +512,6 @@ fn uris_lead_nowhere_they_should_not() {
 fn a_device_is_not_a_buffer() {
     let json =
         r#"{"asset": {"version": "2.0"}, "buffers": [{"byteLength": 4, "uri": "/dev/null"}]}"#;
-    let error = seamwise::read::read_bytes(json.as_bytes(), Path::new(""));
+    let error = seamwise::import::read_bytes(json.as_bytes(), Path::new(""));
     assert!(error.is_err());
 }

@@ -13,7 +13,8 @@ use common::formats::{ENCODINGS, obj, ply};
 use common::shapes::{patch, sphere};
 use seamwise::document::accessor;
 use seamwise::document::asset::Asset;
-use seamwise::read::{ReadOptions, read_with};
+use seamwise::import::options::ReadOptions;
+use seamwise::import::read_with;
 use serde_json::{Value, json};
 
 /// Most elements that an accessor keeps.

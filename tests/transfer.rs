@@ -219,7 +219,7 @@ fn real_assets_in_their_own_place_keep_every_image() {
     for path in ["scan/popcorn.glb", "pbr/FlightHelmet/FlightHelmet.gltf"] {
         let path = assets.join(path);
         let baked = Baked::input(Input::File(&path), &identity()).unwrap();
-        let (source, level) = (seamwise::read::read(&path).unwrap(), baked.level(1));
+        let (source, level) = (seamwise::import::read(&path).unwrap(), baked.level(1));
         for (image, encoded) in source.images.iter().enumerate() {
             let mut before = image::load_from_memory(&encoded.bytes).unwrap();
             let mut after = level.picture(image);
@@ -249,7 +249,7 @@ fn nothing_that_filtering_reads_inside_the_charts_is_invalid() {
     let options = transferred(&[0.25, 0.05], 0.5, BakeNormals::On);
     let baked = Baked::bytes("sphere", &build.glb(), &options);
     for level in 1..=2 {
-        let asset = seamwise::read::read(&baked.level_path(level)).unwrap();
+        let asset = seamwise::import::read(&baked.level_path(level)).unwrap();
         let found = seamwise::inspect::inspect(&asset, Default::default(), Default::default());
         for atlas in found.unwrap().atlases {
             assert!(!atlas.mips.is_empty() && atlas.mips.iter().all(|mip| mip.invalid_after == 0));

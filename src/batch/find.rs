@@ -7,7 +7,7 @@ use walkdir::{DirEntry, WalkDir};
 
 use super::Job;
 use crate::error::{Error, Result};
-use crate::read::folder_of;
+use crate::import::options::folder_of;
 
 /// Extensions of files that are inputs, in small letters.
 const EXTENSIONS: [&str; 5] = ["glb", "gltf", "obj", "off", "ply"];

@@ -32,8 +32,9 @@ use crate::image_file::codec::{Encoding, detect_format};
 use crate::image_file::encoded::{self, EncodedImage};
 use crate::image_file::metadata::png_widening;
 use crate::image_file::picture::{LOSSLESSLY, reencoded};
+use crate::import::options::{ReadOptions, folder_of};
+use crate::import::read_bytes_with;
 use crate::limit::MemoryLimit;
-use crate::read::{ReadOptions, folder_of, read_bytes_with};
 use crate::write::{refuse_overwriting, to_glb, write_files};
 
 pub use report::{ImageReport, RepairReport};

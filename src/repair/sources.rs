@@ -15,7 +15,8 @@ use crate::document::primitive::Primitive;
 use crate::error::{Error, Result};
 use crate::geometry::check_size;
 use crate::image_file::picture::Picture;
-use crate::read::{ReadOptions, read_geometry};
+use crate::import::options::ReadOptions;
+use crate::import::read_geometry;
 use crate::seams::Surface;
 
 /// The mesh, the mask and the background, read.

@@ -8,7 +8,8 @@ use seamwise::document::asset::Asset;
 use seamwise::evaluate::load::{TextureCache, load};
 use seamwise::image_file::codec::decode;
 use seamwise::limit::MemoryLimit;
-use seamwise::read::{ReadOptions, read_bytes_of};
+use seamwise::import::options::ReadOptions;
+use seamwise::import::read_bytes_of;
 use seamwise::surfaces::weld_all;
 use serde_json::Value;
 

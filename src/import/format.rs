@@ -5,22 +5,14 @@
 //! Polygons become triangles. What these formats leave open is filled in plainly: a surface without
 //! a material is matte and white, one without normals has none, which glTF shows flat.
 
-mod document;
-mod mtl;
-mod obj;
-mod off;
-mod pictures;
-mod ply;
-mod polygon;
-mod text;
-
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
+use super::options::ReadOptions;
+use super::uri::Reach;
+use super::{obj, off, ply};
 use crate::document::asset::Asset;
 use crate::error::Result;
-use crate::reach::Reach;
-use crate::read::ReadOptions;
 
 /// Formats other than glTF, known by their extensions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -15,15 +15,15 @@ use std::path::{Path, PathBuf};
 use rustc_hash::{FxHashMap, FxHashSet};
 use seamwise_texture::color::srgb_to_linear;
 
-use super::document::{Document, Part};
+use super::builder::{Document, Part};
+use super::images::{Pictures, find};
 use super::mtl::{self, Material};
-use super::pictures::{Pictures, find};
+use super::options::ReadOptions;
 use super::polygon::triangulate;
 use super::text::{Line, decode, lines, shorten, words};
+use super::uri::Reach;
 use crate::document::asset::Asset;
 use crate::error::{Error, Result};
-use crate::reach::Reach;
-use crate::read::ReadOptions;
 
 /// Names by which exporters say that faces have no material.
 const NO_MATERIAL: [&str; 4] = ["", "(null)", "default", "none"];

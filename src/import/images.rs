@@ -7,12 +7,12 @@ use image::DynamicImage;
 use rustc_hash::FxHashMap;
 use serde_json::json;
 
-use super::document::Document;
+use super::builder::Document;
+use super::options::ReadOptions;
+use super::uri::Reach;
 use crate::error::{Error, Result};
 use crate::image_file::codec::{decode, detect_format, encode, open};
 use crate::image_file::encoded::{EncodedImage, ImageFormat};
-use crate::reach::Reach;
-use crate::read::ReadOptions;
 
 /// glTF's number for texture reads that stop at the picture's edge.
 const CLAMP_TO_EDGE: u32 = 33071;

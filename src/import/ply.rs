@@ -15,13 +15,13 @@ use rustc_hash::FxHashMap;
 use seamwise_texture::color::srgb_to_linear;
 use serde_json::json;
 
-use super::document::{Document, Part, Vertices};
-use super::pictures::{Pictures, find};
+use super::builder::{Document, Part, Vertices};
+use super::images::{Pictures, find};
+use super::options::ReadOptions;
 use super::polygon::triangulate;
+use super::uri::Reach;
 use crate::document::asset::Asset;
 use crate::error::{Error, Result};
-use crate::reach::Reach;
-use crate::read::ReadOptions;
 
 /// Reads a PLY and its pictures.
 ///

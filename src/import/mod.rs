@@ -1,4 +1,16 @@
-//! Files to [`Asset`]: .gltf and .glb here, other formats by their extensions in `formats`.
+//! Files to [`Asset`]: .gltf and .glb here, other formats by their extensions in `format`.
+
+mod builder;
+mod format;
+mod images;
+mod mtl;
+mod obj;
+mod off;
+pub mod options;
+mod ply;
+mod polygon;
+mod text;
+mod uri;
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -9,10 +21,11 @@ use serde_json::Value;
 use crate::compression;
 use crate::document::asset::Asset;
 use crate::error::{Error, Result};
-use crate::formats::Format;
 use crate::image_file::encoded::{EncodedImage, ImageFormat};
-use crate::limit::{Budget, MemoryLimit};
-use crate::reach::{Reach, Resource};
+use crate::limit::Budget;
+use format::Format;
+use options::{ReadOptions, folder_of};
+use uri::{Reach, Resource};
 
 /// Required extensions that leave geometry and textures as core glTF has them, that the accessor
 /// layer reads, or that are made plain at reading.
@@ -35,25 +48,6 @@ const SUPPORTED: &[&str] = &[
 
 /// Bytes of a GLB's own header and that of its first chunk.
 const GLB_HEADERS: usize = 20;
-
-/// What reading may take, and what it puts up with.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct ReadOptions {
-    /// Most memory that all buffers may take, all image files, and all geometry that is decompressed.
-    pub memory_limit: MemoryLimit,
-    /// Whether image files may be missing; see [`Asset::missing_images`].
-    pub allow_missing: bool,
-    /// Whether the asset may name files outside its folder. Names are judged as they are written: a
-    /// link in the folder is followed wherever it leads.
-    pub allow_outside: bool,
-}
-
-impl ReadOptions {
-    /// What files an asset in `folder` may name.
-    pub(crate) fn reach(self, folder: &Path) -> Reach<'_> {
-        Reach { folder, allow_outside: self.allow_outside }
-    }
-}
 
 /// Reads an asset with all its buffers and images.
 ///
@@ -95,11 +89,6 @@ pub fn read_geometry(path: &Path, options: ReadOptions) -> Result<Asset> {
     }
     let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
     read_document(&bytes, folder_of(path), options)
-}
-
-/// Where the files that a document names are.
-pub(crate) fn folder_of(path: &Path) -> &Path {
-    path.parent().unwrap_or(Path::new(""))
 }
 
 /// Reads an asset from the bytes of a .gltf or .glb; `folder` is where its other files are.

@@ -13,8 +13,8 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::document::Document;
-use super::pictures::Pictures;
+use super::builder::Document;
+use super::images::Pictures;
 use super::text::{Line, decode, lines, words};
 use crate::error::Result;
 

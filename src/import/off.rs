@@ -7,7 +7,7 @@
 
 use seamwise_texture::color::srgb_to_linear;
 
-use super::document::{Document, Part, Vertices};
+use super::builder::{Document, Part, Vertices};
 use super::polygon::triangulate;
 use super::text::{Line, decode, lines, shorten, words};
 use crate::document::asset::Asset;
