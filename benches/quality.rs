@@ -26,11 +26,11 @@ use seamwise::dress::{LevelTextures, PartTextures};
 use seamwise::evaluate::load::{TextureCache, load};
 use seamwise::evaluate::scene::{Material, Scene};
 use seamwise::evaluate::{self, Metrics, Reference};
-use seamwise::geometry::Geometry;
 use seamwise::import::read;
 use seamwise::levels::{DressedLevel, LevelMesh, level_asset};
 use seamwise::limit::MemoryLimit;
-use seamwise::surfaces::weld_all;
+use seamwise::surface::geometry::Geometry;
+use seamwise::surface::group::weld_all;
 use seamwise_attr::{Level, Mesh, Options, Polish, Weights, polish_chain, simplify_chain, weld};
 
 const ASSETS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/assets");

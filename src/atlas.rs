@@ -14,11 +14,11 @@ use crate::document::material::TextureSlot;
 use crate::document::material::{main_role, material_slots, worn};
 use crate::document::primitive::Primitive;
 use crate::error::{Error, Result};
-use crate::geometry::check_size;
 use crate::image_file::codec::{Encoding, decode, encode_anew};
 use crate::image_file::encoded::EncodedImage;
 use crate::limit::MemoryLimit;
 use crate::seams::seams_of_images;
+use crate::surface::geometry::check_size;
 
 /// An image as an atlas: what its texels mean and which charts lie in it.
 #[derive(Clone, Debug)]

@@ -17,7 +17,6 @@ use crate::dress::LevelTextures;
 use crate::error::Result;
 use crate::evaluate::load::{TextureCache, load};
 use crate::evaluate::{self, Reference};
-use crate::geometry::Geometry;
 use crate::image_file::codec::Encoding;
 use crate::image_file::encoded::EncodedImage;
 use crate::import;
@@ -31,7 +30,8 @@ use crate::report::threads::time_threads;
 use crate::report::worn::draw_worn;
 use crate::report::{BakeReport, InputReport, LevelReport, Seconds, mesh_reports, peak_memory};
 use crate::steering::MeshSteering;
-use crate::surfaces::weld_all;
+use crate::surface::geometry::Geometry;
+use crate::surface::group::weld_all;
 use crate::transfer::{MaterialTextures, Origin, Plan, TransferOptions, transfer_all};
 use crate::write::{refuse_overwriting, write_recorded};
 

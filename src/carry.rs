@@ -17,8 +17,8 @@ use rustc_hash::FxHashMap;
 use seamwise_attr::{Level, Origin, WedgeId, find_origins};
 
 use crate::document::accessor::{Elements, Named};
-use crate::geometry::{Geometry, Part, is_motion};
 use crate::skin::Sets;
+use crate::surface::geometry::{Geometry, Part, is_motion};
 
 /// Where the vertices of a level come from.
 pub(crate) struct Carrier<'a> {

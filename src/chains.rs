@@ -6,10 +6,10 @@ use rayon::prelude::*;
 use seamwise_attr::{Level, Polish, Shared, polish_chain, simplify_chain, simplify_together};
 
 use crate::error::{Error, Result};
-use crate::geometry::Geometry;
 use crate::options::{BakeOptions, BudgetPer};
 use crate::progress::Progress;
 use crate::steering::MeshSteering;
+use crate::surface::geometry::Geometry;
 
 /// The levels of each surface. `steering` holds what is asked of each.
 pub(crate) fn simplify_all(

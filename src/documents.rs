@@ -9,13 +9,13 @@ use crate::document::asset::Asset;
 use crate::dress::LevelTextures;
 use crate::error::Result;
 use crate::evaluate::Metrics;
-use crate::geometry::Geometry;
 use crate::image_file::encoded::EncodedImage;
 use crate::levels::{Coverage, DressedLevel, LevelMesh, chain_asset};
 use crate::options::BakeOptions;
 use crate::output::Layout;
 use crate::quantize::may_scale;
 use crate::screen::Screen;
+use crate::surface::geometry::Geometry;
 
 /// Levels that do not wear anything yet.
 pub(crate) struct Undressed<'a> {

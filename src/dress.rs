@@ -9,8 +9,8 @@ use crate::document::asset::Asset;
 use crate::document::edit::{Packer, put};
 use crate::document::material::slots;
 use crate::error::{Error, Result};
-use crate::geometry::Geometry;
 use crate::image_file::encoded::EncodedImage;
+use crate::surface::geometry::Geometry;
 
 /// What a level wears.
 #[derive(Clone, Debug, Default)]

@@ -10,9 +10,9 @@ use crate::atlas::{Atlas, atlases};
 use crate::charts::Reads;
 use crate::document::asset::Asset;
 use crate::error::{Error, Result};
-use crate::geometry::{Geometry, check_size};
 use crate::image_file::codec::decode;
 use crate::limit::MemoryLimit;
+use crate::surface::geometry::{Geometry, check_size};
 
 /// What was found, in schema 1.
 #[derive(Clone, Debug, Serialize)]

@@ -17,7 +17,6 @@ use crate::document::prune::prune;
 use crate::document::references::replaced_accessors;
 use crate::dress::{LevelTextures, PartTextures, dress, dress_apart};
 use crate::error::{Error, Result};
-use crate::geometry::{Geometry, Part};
 use crate::image_file::encoded::EncodedImage;
 use crate::layout::{Layout, Shown, add_levels, add_suffix, place_on_grid, push};
 use crate::output::OutputOptions;
@@ -25,6 +24,7 @@ use crate::parts::{LevelPart, level_parts};
 use crate::quantize::{Grid, quantize};
 use crate::screen::Screen;
 use crate::shared::{Shared, SharedParts};
+use crate::surface::geometry::{Geometry, Part};
 
 /// One level of a surface, ready to be written.
 #[derive(Clone, Debug)]

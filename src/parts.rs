@@ -13,10 +13,10 @@ use crate::carry::{Carrier, Footing, blend, copy, skin};
 use crate::document::accessor::{Elements, Named};
 use crate::dress::PartTextures;
 use crate::error::Result;
-use crate::geometry::{Geometry, Part, is_motion};
 use crate::join::join_parts;
 use crate::order::order_for_cache;
-use crate::tangents::Corners;
+use crate::surface::geometry::{Geometry, Part, is_motion};
+use crate::surface::tangents::Corners;
 
 /// A primitive of a level, ready to be written.
 #[derive(Clone, Debug, PartialEq)]

@@ -21,9 +21,9 @@ use gltf::json::accessor::ComponentType;
 use crate::document::accessor::{Elements, Named};
 use crate::document::asset::Asset;
 use crate::error::Result;
-use crate::geometry::Geometry;
 use crate::parts::LevelPart;
 use crate::skin::round_to_whole;
+use crate::surface::geometry::Geometry;
 
 /// The steps along the longest side of a surface.
 const STEPS: f32 = 65535.0;

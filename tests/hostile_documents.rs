@@ -36,7 +36,7 @@ use seamwise::options::BakeOptions;
 use seamwise::progress::Progress;
 use seamwise::repair::{RepairOptions, repair_bytes};
 use seamwise::report::peak_memory;
-use seamwise::surfaces::weld_all;
+use seamwise::surface::group::weld_all;
 use serde_json::{Value, json};
 
 /// What each of the documents is refused beyond.

@@ -13,11 +13,11 @@ use crate::charts::{Charts, Reads};
 use crate::document::asset::Asset;
 use crate::document::primitive::Primitive;
 use crate::error::{Error, Result};
-use crate::geometry::check_size;
 use crate::image_file::picture::Picture;
 use crate::import::options::ReadOptions;
 use crate::import::read_geometry;
 use crate::seams::Surface;
+use crate::surface::geometry::check_size;
 
 /// The mesh, the mask and the background, read.
 pub(super) struct Sources {

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::table::align;
 use crate::document::asset::Asset;
-use crate::geometry::Geometry;
+use crate::surface::geometry::Geometry;
 
 /// Meshes that the table has room for; all of them are in the JSON.
 const MOST_ROWS: usize = 24;

@@ -7,9 +7,9 @@ use seamwise_attr::{View, WedgeId, curvature_importance, view_importance};
 
 use super::values::point_values;
 use crate::error::{Error, Result};
-use crate::geometry::Geometry;
 use crate::image_file::picture::Picture;
 use crate::limit::MemoryLimit;
+use crate::surface::geometry::Geometry;
 
 /// White on a map counts so many times as much as middle gray, which counts as without a map, and black
 /// as little.

@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 
 use super::plan::{Charts, SourceReading, UvLayout};
 use crate::document::material::TextureSlot;
-use crate::geometry::Geometry;
+use crate::surface::geometry::Geometry;
 
 const BASE_COLOR: &str = "pbrMetallicRoughness/baseColorTexture";
 const METALLIC_ROUGHNESS: &str = "pbrMetallicRoughness/metallicRoughnessTexture";

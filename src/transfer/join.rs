@@ -9,7 +9,7 @@ use serde_json::Value;
 use super::plan::UvLayout;
 use crate::document::accessor::Elements;
 use crate::document::asset::Asset;
-use crate::geometry::{Geometry, Part};
+use crate::surface::geometry::{Geometry, Part};
 
 /// The parts of surfaces that become one primitive.
 #[derive(Clone, Debug, Default)]

@@ -16,10 +16,10 @@ use super::store::store;
 use super::{BakeNormals, Origin, Plan, TransferOptions, fold};
 use crate::dress::{MergedMaterial, NormalMap};
 use crate::error::{Error, Result};
-use crate::geometry::Geometry;
 use crate::image_file::codec::{decode, open};
 use crate::image_file::encoded::{EncodedImage, ImageFormat};
 use crate::limit::MemoryLimit;
+use crate::surface::geometry::Geometry;
 
 /// Levels gain a normal map for a loss of shading from this RMS angle on, in degrees.
 const LOST: f64 = 1.0;

@@ -11,7 +11,7 @@ use crate::document::asset::Asset;
 use crate::document::material::{TextureSlot, worn_materials};
 use crate::document::primitive::Primitive;
 use crate::error::Result;
-use crate::geometry::Geometry;
+use crate::surface::geometry::Geometry;
 
 /// Why a material stays by itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

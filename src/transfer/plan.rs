@@ -14,7 +14,7 @@ use super::uses::{Used, uses, worn_together};
 use crate::document::asset::Asset;
 use crate::document::material::{TextureSlot, material_slots, worn_materials};
 use crate::error::Result;
-use crate::geometry::Geometry;
+use crate::surface::geometry::Geometry;
 
 /// Triangles of a group as they read an image.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -8,8 +8,8 @@ use seamwise_texture::transfer::{Side, Source};
 
 use crate::document::asset::Asset;
 use crate::error::Result;
-use crate::geometry::Geometry;
-use crate::tangents::{mesh_tangents, source_tangents};
+use crate::surface::geometry::Geometry;
+use crate::surface::tangents::{mesh_tangents, source_tangents};
 
 /// One per part: the UV set of its normal map.
 type Sets = Vec<Option<usize>>;

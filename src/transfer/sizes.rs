@@ -17,8 +17,8 @@ use super::plan::{Charts, UvLayout, faces};
 use crate::document::asset::Asset;
 use crate::document::nodes::{largest_stretch, mesh_worlds};
 use crate::error::Result;
-use crate::geometry::Geometry;
 use crate::screen::{Screen, largest_size};
+use crate::surface::geometry::Geometry;
 
 /// The share of a new atlas that charts cover, about.
 const PACKED: f64 = 0.6;

@@ -9,8 +9,8 @@ use crate::document::asset::Asset;
 use crate::document::material::{TextureSlot, main_role, worn};
 use crate::document::primitive::Primitive;
 use crate::error::Result;
-use crate::geometry::Geometry;
 use crate::image_file::encoded::EncodedImage;
+use crate::surface::geometry::Geometry;
 
 /// Texels of a side at which overlaps are looked for.
 const LOOK: usize = 512;

@@ -10,7 +10,7 @@ use seamwise::image_file::codec::decode;
 use seamwise::limit::MemoryLimit;
 use seamwise::import::options::ReadOptions;
 use seamwise::import::read_bytes_of;
-use seamwise::surfaces::weld_all;
+use seamwise::surface::group::weld_all;
 use serde_json::Value;
 
 /// Most memory that an input may make the reader take.

@@ -4,9 +4,9 @@ use glam::{Vec2, Vec3, Vec4};
 use rustc_hash::FxHashMap;
 use seamwise_attr::{Mesh, TangentInput, WedgeId, compute_tangents};
 
+use super::geometry::Geometry;
 use crate::document::asset::Asset;
 use crate::error::{Error, Result};
-use crate::geometry::Geometry;
 
 /// The triangles of one group over the wedges they use.
 pub(crate) struct Corners {

@@ -9,12 +9,12 @@ use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 use seamwise_attr::{Mesh, PointId, border_edges};
 
+use super::edges::{Point, point};
+use super::geometry::{Geometry, Part, check_size, is_motion};
 use crate::document::asset::Asset;
 use crate::document::nodes::world_nodes;
 use crate::error::{Error, Result};
-use crate::geometry::{Geometry, Part, check_size, is_motion};
 use crate::limit::MemoryLimit;
-use crate::seams::{Point, point};
 
 /// Every surface of an asset, welded, in the order of their first meshes.
 ///
