@@ -6,8 +6,8 @@ use seamwise_texture::{Footprint, Role};
 use serde::Serialize;
 use serde_json::Value;
 
+use crate::atlas::charts::Reads;
 use crate::atlas::{Atlas, atlases};
-use crate::charts::Reads;
 use crate::document::asset::Asset;
 use crate::error::{Error, Result};
 use crate::image_file::codec::decode;

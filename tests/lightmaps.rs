@@ -4,7 +4,7 @@ use std::path::Path;
 
 use assert_cmd::Command;
 use exr::prelude::{FlatSamples, read_all_flat_layers_from_file};
-use seamwise::charts::Charts;
+use seamwise::atlas::charts::Charts;
 use seamwise::document::primitive::Primitive;
 use seamwise_texture::{Validity, Wrap};
 

@@ -6,7 +6,7 @@ use seamwise_texture::equalize::{Equalized, STEP_LEVELS};
 use seamwise_texture::{MipReads, Outcome, Role, Validity};
 use serde_json::{Value, json};
 
-use crate::charts::Reads;
+use crate::atlas::charts::Reads;
 use crate::report::align;
 
 /// What a repair did to each image of a file.

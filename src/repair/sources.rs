@@ -9,14 +9,14 @@ use seamwise_texture::{Footprint, Plane, Role, Validity, detect_background};
 use serde_json::Value;
 
 use super::{Background, MeshOptions, RepairOptions, WRAP};
-use crate::charts::{Charts, Reads};
+use crate::atlas::charts::{Charts, Reads};
+use crate::atlas::seams::Surface;
 use crate::document::asset::Asset;
 use crate::document::primitive::Primitive;
 use crate::error::{Error, Result};
 use crate::image_file::picture::Picture;
 use crate::import::options::ReadOptions;
 use crate::import::read_geometry;
-use crate::seams::Surface;
 use crate::surface::geometry::check_size;
 
 /// The mesh, the mask and the background, read.

@@ -1,5 +1,8 @@
 //! Which texels of an asset's images its surfaces wear, and the repair of all others.
 
+pub mod charts;
+pub mod seams;
+
 use glam::Affine2;
 use image::DynamicImage;
 use rayon::prelude::*;
@@ -8,17 +11,16 @@ use seamwise_texture::{
     Footprint, Outcome, Role, Validity, Wrap, keep_padding, repair, scale_down,
 };
 
-use crate::charts::{Charts, Reads};
 use crate::document::asset::Asset;
-use crate::document::material::TextureSlot;
-use crate::document::material::{main_role, material_slots, worn};
+use crate::document::material::{TextureSlot, main_role, material_slots, worn};
 use crate::document::primitive::Primitive;
 use crate::error::{Error, Result};
 use crate::image_file::codec::{Encoding, decode, encode_anew};
 use crate::image_file::encoded::EncodedImage;
 use crate::limit::MemoryLimit;
-use crate::seams::seams_of_images;
 use crate::surface::geometry::check_size;
+use charts::{Charts, Reads};
+use seams::seams_of_images;
 
 /// An image as an atlas: what its texels mean and which charts lie in it.
 #[derive(Clone, Debug)]

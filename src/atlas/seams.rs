@@ -13,7 +13,7 @@ use seamwise_attr::{TangentInput, compute_tangents};
 use seamwise_texture::Role;
 use seamwise_texture::equalize::Seam;
 
-use crate::charts::Charts;
+use super::charts::Charts;
 use crate::document::asset::Asset;
 use crate::document::material::{TextureSlot, material_slots, worn};
 use crate::document::primitive::Primitive;
