@@ -1,51 +1,17 @@
 //! The levels of a bake as documents, each with its name and what it was measured to be off by.
 
-use rayon::prelude::*;
-use seamwise_attr::Level;
 use serde_json::{Value, json};
 
 use crate::certificate::{certificate, certify};
 use crate::document::asset::Asset;
-use crate::dress::LevelTextures;
 use crate::error::Result;
 use crate::evaluate::Metrics;
 use crate::image_file::encoded::EncodedImage;
-use crate::levels::{Coverage, DressedLevel, LevelMesh, chain_asset};
+use crate::level::DressedLevel;
+use crate::levels::{Coverage, chain_asset};
 use crate::options::BakeOptions;
 use crate::output::Layout;
-use crate::quantize::may_scale;
 use crate::screen::Screen;
-use crate::surface::geometry::Geometry;
-
-/// Levels that do not wear anything yet.
-pub(crate) struct Undressed<'a> {
-    pub(crate) asset: &'a Asset,
-    pub(crate) geometries: &'a [Geometry],
-    /// One per surface.
-    pub(crate) chains: &'a [Vec<Level>],
-}
-
-impl<'a> Undressed<'a> {
-    /// All meshes of each level as primitives, with what they wear; as small integers with `compress`.
-    pub(crate) fn dress(
-        &self,
-        textures: Vec<LevelTextures>,
-        compress: bool,
-    ) -> Result<Vec<DressedLevel<'a>>> {
-        let dress = |(level, textures): (usize, LevelTextures)| {
-            let surfaces = self.geometries.par_iter().zip(self.chains).zip(&textures.parts);
-            let meshes = surfaces.map(|((geometry, chain), textures)| {
-                let mut mesh = LevelMesh::new(geometry, &chain[level], textures)?;
-                if compress {
-                    mesh.quantize(chain[level].error, may_scale(self.asset, geometry)?);
-                }
-                Ok(mesh)
-            });
-            Ok(DressedLevel { meshes: meshes.collect::<Result<_>>()?, textures })
-        };
-        textures.into_iter().enumerate().map(dress).collect()
-    }
-}
 
 /// What all files of a bake are made from.
 pub(crate) struct Chain<'a> {

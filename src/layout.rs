@@ -8,7 +8,7 @@ use serde_json::{Map, Value, json};
 
 use crate::document::extensions::remove_extension;
 use crate::error::{Error, Result};
-use crate::quantize::Grid;
+use crate::level::quantize::Grid;
 
 /// How levels are found in the file of all of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

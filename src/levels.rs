@@ -4,7 +4,6 @@
 use glam::{DMat4, Vec3};
 use gltf::json::accessor::ComponentType;
 use rustc_hash::FxHashMap;
-use seamwise_attr::Level;
 use serde_json::{Value, json};
 
 use crate::document::accessor::{Elements, Named};
@@ -15,70 +14,16 @@ use crate::document::nodes::world_nodes;
 use crate::document::primitive::Primitive;
 use crate::document::prune::prune;
 use crate::document::references::replaced_accessors;
-use crate::dress::{LevelTextures, PartTextures, dress, dress_apart};
+use crate::dress::{dress, dress_apart};
 use crate::error::{Error, Result};
 use crate::image_file::encoded::EncodedImage;
 use crate::layout::{Layout, Shown, add_levels, add_suffix, place_on_grid, push};
+use crate::level::part::LevelPart;
+use crate::level::{DressedLevel, LevelMesh};
 use crate::output::OutputOptions;
-use crate::parts::{LevelPart, level_parts};
-use crate::quantize::{Grid, quantize};
 use crate::screen::Screen;
 use crate::shared::{Shared, SharedParts};
 use crate::surface::geometry::{Geometry, Part};
-
-/// One level of a surface, ready to be written.
-#[derive(Clone, Debug)]
-pub struct LevelMesh<'a> {
-    /// The source.
-    pub geometry: &'a Geometry,
-    /// Number of its triangles.
-    pub triangles: usize,
-    /// One per part of the source. None if the level is the source itself, whose primitives then stay
-    /// as they are.
-    pub parts: Option<Vec<Option<LevelPart>>>,
-    /// What its positions count in, if they are integers.
-    pub grid: Option<Grid>,
-}
-
-impl<'a> LevelMesh<'a> {
-    /// The level of a surface in textures of which there is one entry per part. One that lost nothing
-    /// and wears nothing new is the source itself.
-    ///
-    /// # Errors
-    /// [`Error::Internal`] if the level does not belong to the geometry.
-    pub fn new(geometry: &'a Geometry, level: &Level, textures: &[PartTextures]) -> Result<Self> {
-        let (own, source) = (&level.mesh, &geometry.welded.mesh);
-        let is_whole = own.triangles.len() == source.triangles.len()
-            && own.positions.len() == source.positions.len();
-        let is_source = is_whole && textures.iter().all(|own| *own == PartTextures::default());
-        let parts = (!is_source).then(|| level_parts(geometry, level, textures)).transpose()?;
-        Ok(Self { geometry, triangles: own.triangles.len(), parts, grid: None })
-    }
-
-    /// Number of its primitives.
-    pub(crate) fn draw_calls(&self) -> usize {
-        match &self.parts {
-            Some(parts) => parts.iter().flatten().count(),
-            None => self.geometry.parts.len(),
-        }
-    }
-
-    /// Makes the vertices small, as [`quantize`](crate::quantize) tells.
-    pub(crate) fn quantize(&mut self, error: f64, may_scale: bool) {
-        if let Some(parts) = &mut self.parts {
-            self.grid = quantize(parts, error, may_scale);
-        }
-    }
-}
-
-/// A level of a whole asset.
-#[derive(Clone, Debug)]
-pub struct DressedLevel<'a> {
-    /// One per surface.
-    pub meshes: Vec<LevelMesh<'a>>,
-    /// What they wear.
-    pub textures: LevelTextures,
-}
 
 /// The asset with the surfaces of its meshes replaced by one level of each, in the textures of that
 /// level.

@@ -6,7 +6,7 @@ use crate::document::accessor::{self, Elements, Named};
 use crate::document::asset::Asset;
 use crate::document::primitive::{Attributes, Primitive};
 use crate::error::Result;
-use crate::parts::LevelPart;
+use crate::level::part::LevelPart;
 
 /// What vertices carry: the attributes, and those of each morph target.
 pub(super) struct Columns {

@@ -21,8 +21,8 @@ use crate::document::edit::{Packer, index_size};
 use crate::document::primitive::{Attributes, Primitive};
 use crate::document::references::replaced_accessors;
 use crate::error::Result;
-use crate::levels::DressedLevel;
-use crate::parts::LevelPart;
+use crate::level::DressedLevel;
+use crate::level::part::LevelPart;
 use columns::Columns;
 
 /// How far components of a normal may be apart that was read, made a unit vector and rounded: 0.06°.

@@ -7,9 +7,9 @@ use seamwise_texture::transfer::{Output, Reading};
 use super::class::{Class, Folded, FoldedReading};
 use super::make::Original;
 use super::store::{TextureFormat, store};
-use crate::dress::MergedMaterial;
 use crate::error::Result;
 use crate::image_file::encoded::ImageFormat;
+use crate::level::textures::MergedMaterial;
 
 /// Texels along each axis, at most.
 const MOST: usize = 4096;

@@ -14,10 +14,10 @@ use super::plan::{Charts, ImageUse, NewNormals, SourceReading, UvLayout, faces};
 use super::sizes::Yardstick;
 use super::store::store;
 use super::{BakeNormals, Origin, Plan, TransferOptions, fold};
-use crate::dress::{MergedMaterial, NormalMap};
 use crate::error::{Error, Result};
 use crate::image_file::codec::{decode, open};
 use crate::image_file::encoded::{EncodedImage, ImageFormat};
+use crate::level::textures::{MergedMaterial, NormalMap};
 use crate::limit::MemoryLimit;
 use crate::surface::geometry::Geometry;
 

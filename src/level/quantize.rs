@@ -18,11 +18,11 @@
 use glam::Vec3;
 use gltf::json::accessor::ComponentType;
 
+use super::part::LevelPart;
+use super::skin::round_to_whole;
 use crate::document::accessor::{Elements, Named};
 use crate::document::asset::Asset;
 use crate::error::Result;
-use crate::parts::LevelPart;
-use crate::skin::round_to_whole;
 use crate::surface::geometry::Geometry;
 
 /// The steps along the longest side of a surface.

@@ -16,8 +16,8 @@ use glam::DVec3;
 use rustc_hash::FxHashMap;
 use seamwise_attr::{Level, Origin, WedgeId, find_origins};
 
+use super::skin::Sets;
 use crate::document::accessor::{Elements, Named};
-use crate::skin::Sets;
 use crate::surface::geometry::{Geometry, Part, is_motion};
 
 /// Where the vertices of a level come from.

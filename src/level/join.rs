@@ -2,9 +2,9 @@
 
 use rustc_hash::FxHashMap;
 
+use super::part::LevelPart;
+use super::textures::PartTextures;
 use crate::document::accessor::{Elements, Named};
-use crate::dress::PartTextures;
-use crate::parts::LevelPart;
 
 /// Appends parts to the first of the same number that has triangles.
 pub(crate) fn join_parts(parts: &mut [Option<LevelPart>], textures: &[PartTextures]) {

@@ -7,8 +7,7 @@
 
 use gltf::json::accessor::ComponentType;
 
-use crate::document::accessor::Elements;
-use crate::document::accessor::Named;
+use crate::document::accessor::{Elements, Named};
 
 /// Influences in a set (glTF 2.0 §3.7.3.3).
 const A_SET: usize = 4;

@@ -1,7 +1,7 @@
 //! A level of a surface as primitives again.
 //!
 //! UVs, normals and `COLOR_0` come from the level's wedges, tangents are computed anew, and all
-//! else is taken over from the source as `carry` tells. Triangles and vertices stand in the order in
+//! else is taken over from the source as `resample` tells. Triangles and vertices stand in the order in
 //! which graphics processors read them fastest.
 
 use glam::Vec4;
@@ -9,25 +9,15 @@ use gltf::json::accessor::ComponentType;
 use rustc_hash::FxHashMap;
 use seamwise_attr::{Level, WedgeId};
 
-use crate::carry::{Carrier, Footing, blend, copy, skin};
+use super::join::join_parts;
+use super::part::LevelPart;
+use super::resample::{Carrier, Footing, blend, copy, skin};
+use super::textures::PartTextures;
+use super::vertex_cache::order_for_cache;
 use crate::document::accessor::{Elements, Named};
-use crate::dress::PartTextures;
 use crate::error::Result;
-use crate::join::join_parts;
-use crate::order::order_for_cache;
 use crate::surface::geometry::{Geometry, Part, is_motion};
 use crate::surface::tangents::Corners;
-
-/// A primitive of a level, ready to be written.
-#[derive(Clone, Debug, PartialEq)]
-pub struct LevelPart {
-    /// Three indices per triangle.
-    pub indices: Vec<u32>,
-    /// The attributes by name, in the order of the source.
-    pub attributes: Vec<(String, Elements)>,
-    /// The morph targets.
-    pub targets: Vec<Vec<(String, Elements)>>,
-}
 
 /// Turns a level back into primitives, one for each part of the source. A part of which no
 /// triangle is left is `None`, and so is one that was joined to another before it.
