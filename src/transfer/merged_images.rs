@@ -4,9 +4,9 @@ use image::{ColorType, DynamicImage};
 use rayon::prelude::*;
 use seamwise_texture::transfer::{Output, Reading};
 
-use super::class::{Class, Folded, FoldedReading};
-use super::make::Original;
-use super::store::{TextureFormat, store};
+use super::encode::{TextureFormat, store};
+use super::layout::{Class, Folded, FoldedReading};
+use super::original::Original;
 use crate::error::Result;
 use crate::image_file::encoded::ImageFormat;
 use crate::level::textures::MergedMaterial;

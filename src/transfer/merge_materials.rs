@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 
 use serde_json::{Map, Value, json};
 
-use super::class::{Class, Look, PLACES, layout};
-use super::plan::UvLayout;
+use super::layout::{Class, UvLayout};
+use super::merged_material::{Look, PLACES, layout};
 use crate::document::asset::Asset;
 use crate::document::material::{TextureSlot, worn_materials};
 use crate::document::primitive::Primitive;

@@ -6,7 +6,7 @@ use seamwise_attr::{Level, Mesh, WedgeId};
 use seamwise_texture::Error::Full;
 use seamwise_texture::{RepackOptions, Repacked, UvMesh, repack};
 
-use super::plan::{SourceReading, UvLayout};
+use super::layout::{SourceReading, UvLayout};
 use crate::error::{Error, Result};
 
 /// Of the side of an atlas, between its charts.

@@ -4,7 +4,7 @@ use seamwise_attr::Mesh;
 use seamwise_texture::transfer::{Face, overlap};
 use seamwise_texture::{Role, Wrap};
 
-use super::plan::{Charts, ImageUse, Shared, SourceReading, faces};
+use super::layout::{Charts, ImageUse, Shared, SourceReading, faces};
 use crate::document::asset::Asset;
 use crate::document::material::{TextureSlot, main_role, worn};
 use crate::document::primitive::Primitive;

@@ -3,8 +3,9 @@
 use serde::Serialize;
 use serde_json::Value;
 
-use super::merge::Apart;
-use super::plan::{Plan, UvLayout};
+use super::layout::UvLayout;
+use super::merge_materials::Apart;
+use super::plan::Plan;
 use crate::document::asset::Asset;
 use crate::document::material::material_slots;
 use crate::error::Result;

@@ -12,7 +12,7 @@ use gltf::json::validation::Checked;
 use seamwise_texture::{Role, Wrap};
 use serde_json::{Value, json};
 
-use super::plan::{Charts, SourceReading, UvLayout};
+use super::layout::{Charts, Class, Folded, FoldedReading, SourceReading, UvLayout};
 use crate::document::material::TextureSlot;
 use crate::surface::geometry::Geometry;
 
@@ -23,69 +23,6 @@ const OCCLUSION: &str = "occlusionTexture";
 const EMISSIVE: &str = "emissiveTexture";
 /// The textures that an atlas holds.
 pub(super) const PLACES: [&str; 5] = [BASE_COLOR, METALLIC_ROUGHNESS, NORMAL, OCCLUSION, EMISSIVE];
-
-/// Materials that become one.
-#[derive(Clone, Debug)]
-pub(crate) struct Class {
-    /// Their indices.
-    pub(crate) materials: Vec<usize>,
-    /// The one that stands for all, without its textures.
-    pub(crate) json: Value,
-    /// One per entry of the layout's charts: its material.
-    pub(crate) worn: Vec<usize>,
-    pub(crate) outputs: Vec<Folded>,
-}
-
-impl Class {
-    /// The images that it is made from, each with what its texels mean.
-    pub(crate) fn pictures(&self) -> Vec<(usize, Role)> {
-        let mut pictures = Vec::new();
-        for output in &self.outputs {
-            for (image, _) in output.readings.iter().filter_map(|own| own.source) {
-                if !pictures.contains(&(image, output.role)) {
-                    pictures.push((image, output.role));
-                }
-            }
-        }
-        pictures
-    }
-
-    /// Whether an entry of the charts shows one of them.
-    pub(crate) fn shows(&self, chart: usize, (image, role): (usize, Role)) -> bool {
-        let is_shown = |own: &Folded| {
-            own.role == role && own.readings[chart].source.is_some_and(|own| own.0 == image)
-        };
-        self.outputs.iter().any(is_shown)
-    }
-
-    /// Whether it has a normal map, if it gains one or not.
-    pub(crate) fn has_normals(&self, gains: bool) -> bool {
-        self.outputs.iter().any(|own| own.role == Role::Normal && (gains || !own.is_gained))
-    }
-}
-
-/// An image of a merged material.
-#[derive(Clone, Debug)]
-pub(crate) struct Folded {
-    /// Where in the material it is a texture.
-    pub(crate) places: Vec<&'static str>,
-    pub(crate) role: Role,
-    /// How many channels mean something.
-    pub(crate) channels: usize,
-    /// One per entry of the layout's charts.
-    pub(crate) readings: Vec<FoldedReading>,
-    /// Whether it is a normal map where no material had one, for the shape that a level has lost.
-    pub(crate) is_gained: bool,
-}
-
-/// What an entry of charts puts into an image.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct FoldedReading {
-    /// The source's image and how it is read; white, or a flat normal, without one.
-    pub(crate) source: Option<(usize, SourceReading)>,
-    pub(crate) factor: Vec4,
-    pub(crate) offset: Vec4,
-}
 
 /// A material as an atlas holds it.
 pub(super) struct Look<'a> {

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use gltf::json::accessor::ComponentType;
 use serde_json::Value;
 
-use super::plan::UvLayout;
+use super::layout::UvLayout;
 use crate::document::accessor::Elements;
 use crate::document::asset::Asset;
 use crate::surface::geometry::{Geometry, Part};

@@ -9,14 +9,16 @@ use seamwise_attr::Mesh;
 use seamwise_texture::transfer::{Job, Output, Pair, Picture, Reading, Transferred, transfer};
 use seamwise_texture::{Role, Validity, repair};
 
-use super::class::Class;
-use super::plan::{Charts, ImageUse, NewNormals, SourceReading, UvLayout, faces};
+use super::encode::store;
+use super::layout::{Charts, Class, ImageUse, NewNormals, SourceReading, UvLayout, faces};
+use super::merged_images;
+use super::options::{BakeNormals, TransferOptions};
+use super::original::{Origin, Original};
+use super::plan::Plan;
 use super::sizes::Yardstick;
-use super::store::store;
-use super::{BakeNormals, Origin, Plan, TransferOptions, fold};
 use crate::error::{Error, Result};
 use crate::image_file::codec::{decode, open};
-use crate::image_file::encoded::{EncodedImage, ImageFormat};
+use crate::image_file::encoded::EncodedImage;
 use crate::level::textures::{MergedMaterial, NormalMap};
 use crate::limit::MemoryLimit;
 use crate::surface::geometry::Geometry;
@@ -105,7 +107,7 @@ fn merged_sheet<'a>(origin: &Origin<'_>, layout: &'a UvLayout, class: &Class) ->
         }
     }
     let of = |material: &usize| most.get(material).copied();
-    let side = fold::side(class.materials.iter().map(of));
+    let side = merged_images::side(class.materials.iter().map(of));
     let texels = class.worn.iter().map(of).collect();
     Ok(Sheet { layout, size: [side; 2], texels, images: Vec::new(), normals: Vec::new() })
 }
@@ -119,20 +121,6 @@ fn header_size(image: &EncodedImage, index: usize, limit: MemoryLimit) -> Result
         None => decode(image, &at, limit)?.dimensions(),
     };
     Ok([width as usize, height as usize])
-}
-
-/// An image of the source, ready to be read.
-pub(super) struct Original {
-    color: ColorType,
-    pub(super) format: ImageFormat,
-    pub(super) picture: Picture,
-}
-
-impl Original {
-    /// Whether it has more than eight bits per channel.
-    pub(super) fn is_deep(&self) -> bool {
-        self.color.bytes_per_pixel() > self.color.channel_count()
-    }
 }
 
 impl Sheet<'_> {
@@ -182,7 +170,7 @@ impl Sheet<'_> {
         let Some(class) = &self.layout.class else { return Vec::new() };
         let area = |charts| yardstick.worn_area(surfaces, std::slice::from_ref(charts));
         let areas: Vec<f64> = self.layout.charts.iter().map(area).collect();
-        fold::densities(&class.worn, &areas, &self.texels)
+        merged_images::densities(&class.worn, &areas, &self.texels)
     }
 
     /// Makes the images for one level, `size` texels large. `rows` counts those that are done.
@@ -198,7 +186,7 @@ impl Sheet<'_> {
         let class = self.layout.class.as_ref();
         let gains = options.bake_normals != BakeNormals::Off;
         let outputs = match class {
-            Some(class) => fold::outputs(class, originals, gains),
+            Some(class) => merged_images::outputs(class, originals, gains),
             None => self.outputs(originals),
         };
         let faces = faces(&self.layout.charts, &worn.meshes);
@@ -215,7 +203,7 @@ impl Sheet<'_> {
         let format = (options.format, options.quality);
         if let Some(class) = class {
             let (had, gains) = (gains, gains && is_lost);
-            let merged = fold::finish(class, originals, (&filled, had), gains, format)?;
+            let merged = merged_images::finish(class, originals, (&filled, had), gains, format)?;
             let (images, normals) = (Vec::new(), Vec::new());
             return Ok(Made { size, images, normals, merged: Some(merged) });
         }
