@@ -31,12 +31,12 @@ use seamwise::document::asset::Asset;
 use seamwise::evaluate::load::{TextureCache, load};
 use seamwise::evaluate::scene::Scene;
 use seamwise::evaluate::{self, Metrics, Reference};
+use seamwise::export::glb::to_glb;
 use seamwise::image_file::codec::{Encoding, decode, encode};
 use seamwise::image_file::encoded::EncodedImage;
 use seamwise::import::read;
 use seamwise::options::{BakeOptions, Textures};
 use seamwise::transfer::BakeNormals;
-use seamwise::write::to_glb;
 use seamwise_attr::{Mesh, Options, simplify_chain, weld};
 use seamwise_texture::transfer::{
     Face, Job, Output, Pair, Picture, Reading, Side, Source, transfer,

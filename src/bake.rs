@@ -12,17 +12,18 @@ use crate::atlas::{ImageRepair, encode_repaired, repair_all};
 use crate::chains::{polish_all, simplify_all, triangle_count};
 use crate::digest::digest;
 use crate::document::asset::Asset;
-use crate::documents::{Chain, Measured};
 use crate::error::Result;
 use crate::evaluate::load::{TextureCache, load};
 use crate::evaluate::{self, Reference};
+use crate::export::bundle::{Chain, Measured};
+use crate::export::disk::{refuse_overwriting, write_recorded};
+use crate::export::document::level_asset;
 use crate::image_file::codec::Encoding;
 use crate::image_file::encoded::EncodedImage;
 use crate::import;
 use crate::import::options::{ReadOptions, folder_of};
 use crate::level::textures::LevelTextures;
 use crate::level::{DressedLevel, LevelMesh, Undressed};
-use crate::levels::level_asset;
 use crate::options::{BakeOptions, BudgetPer, Textures};
 use crate::progress::Progress;
 use crate::report::html::{Extras, bake_page};
@@ -34,7 +35,6 @@ use crate::steering::MeshSteering;
 use crate::surface::geometry::Geometry;
 use crate::surface::group::weld_all;
 use crate::transfer::{MaterialTextures, Origin, Plan, TransferOptions, transfer_all};
-use crate::write::{refuse_overwriting, write_recorded};
 
 /// Where an asset comes from.
 #[derive(Clone, Copy, Debug)]
@@ -208,8 +208,9 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
         extras.worn = clock.time("report", |s| &mut s.report, draw)?;
     }
     let encode = || {
-        let chain = Chain { asset: &asset, levels: &dressed, images: &images };
-        let documents = chain.documents(levels, measured.as_ref(), &input.stem(), options)?;
+        let BakeOptions { output, screen, .. } = *options;
+        let chain = Chain { asset: &asset, levels: &dressed, images: &images, output, screen };
+        let documents = chain.documents(levels, measured.as_ref(), &input.stem())?;
         options.output.encode(&input.stem(), &documents)
     };
     let files = clock.time("write", |s| &mut s.write, encode)?;

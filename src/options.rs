@@ -6,9 +6,9 @@ use seamwise_attr::Polish;
 
 use crate::error::{Error, Result};
 use crate::evaluate;
+use crate::export::files::OutputOptions;
 use crate::import::options::ReadOptions;
 use crate::limit::MemoryLimit;
-use crate::output::OutputOptions;
 use crate::screen::Screen;
 use crate::steering::Steering;
 use crate::transfer::TransferOptions;

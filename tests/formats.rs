@@ -11,9 +11,9 @@ use common::output::Output;
 use common::shapes::{Shape, seam_cube, sphere};
 use common::within;
 use seamwise::document::asset::Asset;
+use seamwise::export::glb::to_glb;
 use seamwise::import::options::ReadOptions;
 use seamwise::import::{read, read_with};
-use seamwise::write::to_glb;
 use serde_json::{Value, json};
 use tempfile::TempDir;
 

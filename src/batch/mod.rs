@@ -20,10 +20,10 @@ use serde_json::Value;
 use crate::bake::{Input, bake};
 use crate::digest::digest;
 use crate::error::{Error, Result};
+use crate::export::disk;
 use crate::options::BakeOptions;
 use crate::progress::Progress;
 use crate::report::BakeReport;
-use crate::write;
 
 pub use find::find_jobs;
 pub use shard::Shard;
@@ -71,7 +71,7 @@ fn remove_leftovers(jobs: &[Job]) {
     };
     let folders: BTreeSet<PathBuf> =
         jobs.iter().flat_map(|job| [job.folder.clone(), textures(job)]).collect();
-    folders.iter().for_each(|folder| write::remove_leftovers(folder));
+    folders.iter().for_each(|folder| disk::remove_leftovers(folder));
 }
 
 /// How a batch is run.

@@ -1,5 +1,4 @@
-//! Putting new accessors, buffer views and images into a document, and all of its bytes into one
-//! buffer.
+//! Putting new accessors, buffer views and images into a document.
 //!
 //! Indices of accessors and buffer views never change, so a reference from an extension that we do
 //! not know stays true. A slot that an edit sets free is used for the next new object; what is left
@@ -13,10 +12,8 @@ use serde_json::{Value, json};
 
 use super::accessor::Elements;
 use super::asset::Asset;
-use super::material::match_formats;
 use super::quantization;
-use crate::document::references::used_views;
-use crate::error::{Error, Result};
+use super::references::used_views;
 use crate::image_file::encoded::EncodedImage;
 
 /// What the bytes of a buffer view are for.
@@ -256,66 +253,6 @@ pub(crate) fn bounds(elements: &Elements) -> (Vec<f32>, Vec<f32>) {
     (low, high)
 }
 
-/// Brings all bytes that the document refers to into one buffer, images among them unless each has a
-/// URI `beside` the document; what the document says of its images is said anew.
-///
-/// # Errors
-/// [`Error::Invalid`] if a view runs past its buffer.
-pub(crate) fn join_buffers(asset: &Asset, beside: Option<&[String]>) -> Result<Asset> {
-    let mut json = asset.json.clone();
-    let mut bytes = Vec::new();
-    let mut append = |data: &[u8]| {
-        bytes.resize(usize::next_multiple_of(bytes.len(), 4), 0);
-        let start = bytes.len();
-        bytes.extend_from_slice(data);
-        start
-    };
-    let image_views: Vec<Option<usize>> = (0..asset.images.len())
-        .map(|index| asset.reference(&format!("/images/{index}"), "bufferView", "bufferViews"))
-        .collect::<Result<_>>()?;
-    for index in 0..asset.count("bufferViews") {
-        let image = image_views.iter().position(|&view| view == Some(index));
-        let data = match (image, beside) {
-            (Some(_), Some(_)) => &[0; 4],
-            (Some(image), None) => asset.images[image].bytes.as_slice(),
-            (None, _) => asset.view(index)?.0,
-        };
-        let view = &mut json["bufferViews"][index];
-        view["buffer"] = json!(0);
-        view["byteOffset"] = json!(append(data));
-        view["byteLength"] = json!(data.len());
-    }
-    // What is missing stays what its URI names.
-    for (index, image) in asset.images.iter().enumerate().filter(|(_, own)| !own.is_missing()) {
-        let view = match (image_views[index], beside) {
-            (_, Some(_)) => Value::Null,
-            (Some(view), None) => json!(view),
-            (None, None) => {
-                let view = json!({"buffer": 0, "byteOffset": append(&image.bytes),
-                    "byteLength": image.bytes.len()});
-                json!(put(&mut json, "bufferViews", None, view))
-            }
-        };
-        let own = json["images"][index]
-            .as_object_mut()
-            .ok_or_else(|| Error::invalid(format!("/images/{index}"), "not an object"))?;
-        own.shift_remove("uri");
-        own.shift_remove("bufferView");
-        match beside {
-            Some(uris) => own.insert("uri".into(), json!(uris[index])),
-            None => own.insert("bufferView".into(), view),
-        };
-        own.insert("mimeType".into(), json!(image.format.mime()));
-    }
-    match_formats(&mut json, &asset.images);
-    if bytes.is_empty() {
-        json.as_object_mut().map(|document| document.shift_remove("buffers"));
-        return Ok(Asset { json, buffers: Vec::new(), images: asset.images.clone() });
-    }
-    json["buffers"] = json!([{"byteLength": bytes.len()}]);
-    Ok(Asset { json, buffers: vec![bytes], images: asset.images.clone() })
-}
-
 /// Drops entries of a list, and a list that is empty then.
 pub(crate) fn drop_from(json: &mut Value, name: &str, gone: &BTreeSet<usize>) {
     let Some(list) = json.get_mut(name).and_then(Value::as_array_mut) else { return };
@@ -332,6 +269,7 @@ pub(crate) fn drop_from(json: &mut Value, name: &str, gone: &BTreeSet<usize>) {
 mod tests {
     use super::*;
     use crate::document::accessor;
+    use crate::export::glb::join_buffers;
     use crate::image_file::encoded::ImageFormat;
 
     fn floats(values: &[f32], components: usize) -> Elements {

@@ -28,6 +28,8 @@ use serde_json::Value;
 use crate::atlas::{AtlasOptions, ImageRepair, encode_repaired, repair_all_with};
 use crate::document::asset::Asset;
 use crate::error::{Error, Result};
+use crate::export::disk::{refuse_overwriting, write_files};
+use crate::export::glb::to_glb;
 use crate::image_file::codec::{Encoding, detect_format};
 use crate::image_file::encoded::{self, EncodedImage};
 use crate::image_file::metadata::png_widening;
@@ -35,7 +37,6 @@ use crate::image_file::picture::{LOSSLESSLY, reencoded};
 use crate::import::options::{ReadOptions, folder_of};
 use crate::import::read_bytes_with;
 use crate::limit::MemoryLimit;
-use crate::write::{refuse_overwriting, to_glb, write_files};
 
 pub use report::{ImageReport, RepairReport};
 

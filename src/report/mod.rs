@@ -98,7 +98,7 @@ pub struct LevelReport {
     /// Why not, if it was not.
     pub why: Option<String>,
     /// The largest size at which it may be shown, in pixels that the diagonal of the source's
-    /// bounding box spans, if it was evaluated; see [`crate::certificate`]. `None` also where the
+    /// bounding box spans, if it was evaluated; see [`crate::export::certificate`]. `None` also where the
     /// level has no error at all.
     pub largest_size_pixels: Option<f64>,
     /// How far it is from the source, if it was evaluated.

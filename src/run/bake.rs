@@ -7,10 +7,10 @@ use serde::Serialize;
 
 use seamwise::bake::{self, Input};
 use seamwise::batch::{self, Done, Job, Outcome, find_jobs, refuse_collisions};
+use seamwise::export::disk::write_files;
 use seamwise::options::BakeOptions;
 use seamwise::progress::Progress;
 use seamwise::report::BakeReport;
-use seamwise::write::write_files;
 
 use super::{say, warn};
 use crate::cli::{BakeArgs, Common};

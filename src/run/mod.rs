@@ -8,13 +8,14 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, anyhow, bail};
 
 use seamwise::atlas::{encode_repaired, repair_all};
-use seamwise::certificate::largest_sizes;
 use seamwise::document::asset::Asset;
 use seamwise::evaluate::Reference;
 use seamwise::evaluate::camera::Rig;
 use seamwise::evaluate::load::{TextureCache, load};
 use seamwise::evaluate::scene::Scene;
 use seamwise::evaluate::sheet::contact_sheet;
+use seamwise::export::certificate::largest_sizes;
+use seamwise::export::disk::write_files;
 use seamwise::image_file::codec::{Encoding, encode};
 use seamwise::image_file::encoded::ImageFormat;
 use seamwise::import::read_with;
@@ -24,7 +25,6 @@ use seamwise::report::html::evaluate_page;
 use seamwise::report::pictures::Gallery;
 use seamwise::report::{CandidateReport, EvaluateReport, ReferenceReport, ViewReport};
 use seamwise::screen::select_level;
-use seamwise::write::write_files;
 
 use crate::cli::{Common, EvaluateArgs, InspectArgs, ReadingArgs, RepairArgs, SelectArgs};
 

@@ -1,11 +1,15 @@
 //! Levels of detail as documents: one self-contained asset per level, and one with the source and
-//! all levels, in one of the ways that `layout` tells.
+//! all levels, in one of the ways that `lod_nodes` tells.
 
 use glam::{DMat4, Vec3};
 use gltf::json::accessor::ComponentType;
 use rustc_hash::FxHashMap;
 use serde_json::{Value, json};
 
+use super::files::OutputOptions;
+use super::lod_nodes::{Layout, Shown, add_levels, add_suffix, place_on_grid, push};
+use super::materials::{dress, dress_apart};
+use super::vertex_pool::{Shared, SharedParts};
 use crate::document::accessor::{Elements, Named};
 use crate::document::asset::Asset;
 use crate::document::edit::Packer;
@@ -14,15 +18,11 @@ use crate::document::nodes::world_nodes;
 use crate::document::primitive::Primitive;
 use crate::document::prune::prune;
 use crate::document::references::replaced_accessors;
-use crate::dress::{dress, dress_apart};
 use crate::error::{Error, Result};
 use crate::image_file::encoded::EncodedImage;
-use crate::layout::{Layout, Shown, add_levels, add_suffix, place_on_grid, push};
 use crate::level::part::LevelPart;
 use crate::level::{DressedLevel, LevelMesh};
-use crate::output::OutputOptions;
 use crate::screen::Screen;
-use crate::shared::{Shared, SharedParts};
 use crate::surface::geometry::{Geometry, Part};
 
 /// The asset with the surfaces of its meshes replaced by one level of each, in the textures of that

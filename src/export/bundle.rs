@@ -2,15 +2,14 @@
 
 use serde_json::{Value, json};
 
-use crate::certificate::{certificate, certify};
+use super::certificate::{certificate, certify};
+use super::document::{Coverage, chain_asset};
+use super::files::{Layout, OutputOptions};
 use crate::document::asset::Asset;
 use crate::error::Result;
 use crate::evaluate::Metrics;
 use crate::image_file::encoded::EncodedImage;
 use crate::level::DressedLevel;
-use crate::levels::{Coverage, chain_asset};
-use crate::options::BakeOptions;
-use crate::output::Layout;
 use crate::screen::Screen;
 
 /// What all files of a bake are made from.
@@ -18,6 +17,9 @@ pub(crate) struct Chain<'a> {
     pub(crate) asset: &'a Asset,
     pub(crate) levels: &'a [DressedLevel<'a>],
     pub(crate) images: &'a [EncodedImage],
+    pub(crate) output: OutputOptions,
+    /// What the certificates are reckoned for.
+    pub(crate) screen: Screen,
 }
 
 impl Chain<'_> {
@@ -28,17 +30,16 @@ impl Chain<'_> {
         mut levels: Vec<Asset>,
         measured: Option<&Measured>,
         stem: &str,
-        options: &BakeOptions,
     ) -> Result<Vec<(String, Asset)>> {
-        let certificates = measured.map(|measured| self.certificates(measured, &options.screen));
+        let certificates = measured.map(|measured| self.certificates(measured));
         for (level, certificate) in levels.iter_mut().zip(certificates.iter().flatten()) {
             certify(level, certificate.clone());
         }
-        let output = options.output;
+        let (output, screen) = (self.output, &self.screen);
         if output.layout != Layout::Apart {
-            let sizes = measured.map(|measured| options.screen.largest_sizes(measured.distances()));
+            let sizes = measured.map(|measured| screen.largest_sizes(measured.distances()));
             let coverage = measured.zip(sizes.as_deref()).map(|(measured, sizes)| Coverage {
-                screen: &options.screen,
+                screen,
                 sizes,
                 diagonal: measured.diagonal,
             });
@@ -49,15 +50,15 @@ impl Chain<'_> {
             }
             levels.push(all);
         }
-        let names = options.output.names(stem, self.levels.len());
+        let names = output.names(stem, self.levels.len());
         Ok(names.into_iter().zip(levels).collect())
     }
 
     /// What the levels were measured to be, the finest first.
-    fn certificates(&self, measured: &Measured, screen: &Screen) -> Vec<Value> {
+    fn certificates(&self, measured: &Measured) -> Vec<Value> {
         let of_level = |(index, metrics): (usize, &Metrics)| {
             let triangles = self.levels[index].meshes.iter().map(|mesh| mesh.triangles).sum();
-            certificate(index + 1, metrics, triangles, screen)
+            certificate(index + 1, metrics, triangles, &self.screen)
         };
         measured.metrics.iter().enumerate().map(of_level).collect()
     }

@@ -1,7 +1,6 @@
 //! Files out: written to a temporary name beside their own and renamed, so that a reader never
 //! sees half of one.
 
-use std::borrow::Cow;
 use std::fs::TryLockError;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -9,39 +8,7 @@ use std::time::Duration;
 
 use tempfile::NamedTempFile;
 
-use crate::document::asset::Asset;
-use crate::document::edit::join_buffers;
 use crate::error::{Error, Result};
-
-/// An asset as one self-contained .glb.
-///
-/// # Errors
-/// [`Error::Invalid`] if the asset's views and buffers do not fit together;
-/// [`Error::Unsupported`] if it is larger than the 4 GiB that the container can hold.
-pub fn to_glb(asset: &Asset) -> Result<Vec<u8>> {
-    container(join_buffers(asset, None)?)
-}
-
-/// The JSON of a document.
-pub(crate) fn json_bytes(asset: &Asset) -> Result<Vec<u8>> {
-    serde_json::to_vec(&asset.json).map_err(|error| Error::Internal { what: error.to_string() })
-}
-
-/// A document and its first buffer as a .glb.
-pub(crate) fn container(joined: Asset) -> Result<Vec<u8>> {
-    let json = json_bytes(&joined)?;
-    let bin = joined.buffers.into_iter().next();
-    let length = 12 + 8 + json.len() + 3 + bin.as_ref().map_or(0, |bin| 8 + bin.len() + 3);
-    let Ok(length) = u32::try_from(length) else {
-        return Err(Error::Unsupported { what: "a .glb of more than 4 GiB".into() });
-    };
-    let glb = gltf::Glb {
-        header: gltf::binary::Header { magic: *b"glTF", version: 2, length },
-        json: Cow::Owned(json),
-        bin: bin.map(Cow::Owned),
-    };
-    glb.to_vec().map_err(|error| Error::Internal { what: error.to_string() })
-}
 
 /// Refuses to write over a file that was read, whatever way its path is written.
 ///
@@ -161,21 +128,6 @@ fn make_readable(_: &std::fs::File) -> std::io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_glb_is_read_back_as_it_was() {
-        let json = serde_json::json!({
-            "asset": {"version": "2.0", "extras": {"left": "alone"}},
-            "buffers": [{"byteLength": 5}],
-            "bufferViews": [{"buffer": 0, "byteOffset": 0, "byteLength": 5}],
-        });
-        let asset =
-            Asset { json: json.clone(), buffers: vec![vec![1, 2, 3, 4, 5]], images: Vec::new() };
-        let glb = to_glb(&asset).unwrap();
-        assert_eq!(glb.len() as u32, u32::from_le_bytes(glb[8..12].try_into().unwrap()));
-        let back = crate::import::read_bytes(&glb, Path::new("")).unwrap();
-        assert_eq!((back.json, back.buffers), (json, asset.buffers));
-    }
 
     #[test]
     fn a_file_is_replaced_whole_and_nothing_is_left_beside_it() {

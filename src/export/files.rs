@@ -7,13 +7,12 @@ use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, percent_decode_str, utf8_perc
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
+use super::glb::{container, join_buffers, json_bytes};
+pub use super::lod_nodes::Layout;
 use crate::compression::squeeze;
 use crate::document::asset::Asset;
-use crate::document::edit::join_buffers;
 use crate::error::Result;
 use crate::image_file::encoded::ImageFormat;
-pub use crate::layout::Layout;
-use crate::write::{container, json_bytes};
 
 /// In which form documents are written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
