@@ -14,7 +14,8 @@ use exr::prelude::{
 };
 use image::ImageFormat;
 use seamwise::limit::MemoryLimit;
-use seamwise::repair::{Background, RepairOptions, repair_bytes, repair_file};
+use seamwise::repair::options::{Background, RepairOptions};
+use seamwise::repair::{repair_bytes, repair_file};
 use seamwise::report::peak_memory;
 
 /// Most memory that any of these may take beside what they decode to.

@@ -10,7 +10,8 @@ use std::path::Path;
 
 use libfuzzer_sys::fuzz_target;
 use seamwise::limit::MemoryLimit;
-use seamwise::repair::{Background, RepairOptions, repair_bytes};
+use seamwise::repair::options::{Background, RepairOptions};
+use seamwise::repair::repair_bytes;
 
 /// What a picture may become.
 const OUTPUTS: [&str; 5] = ["a.png", "a.jpg", "a.webp", "a.tif", "a.hdr"];

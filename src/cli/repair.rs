@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use seamwise::image_file::codec::Encoding;
-use seamwise::repair::{Background, MeshOptions, RepairOptions};
+use seamwise::repair::options::{Background, MeshOptions, RepairOptions};
 use seamwise_texture::{Footprint, Role, equalize};
 
 use super::OutsideArgs;

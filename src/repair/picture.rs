@@ -4,11 +4,11 @@ use image::ImageFormat;
 use seamwise_texture::equalize::{Options, Seam, equalize};
 use seamwise_texture::{keep_padding, repair, scale_down};
 
-use super::report::{ImageReport, RepairReport};
 use super::sources::Sources;
 use super::{Job, WRAP, padding_note};
 use crate::error::{Error, Result};
 use crate::image_file::picture::Picture;
+use crate::report::repair::{ImageReport, RepairReport};
 
 /// How far a texel may be from the background color: half a step of 8 bits where files keep their
 /// texels, three steps and a half where a lossy codec may have changed them.
@@ -105,7 +105,8 @@ impl Job<'_> {
 mod tests {
     use super::*;
     use crate::limit::MemoryLimit;
-    use crate::repair::{Background, RepairOptions, repair_file};
+    use crate::repair::options::{Background, RepairOptions};
+    use crate::repair::repair_file;
     use image::{ColorType, DynamicImage, GrayImage, Luma};
     use std::path::{Path, PathBuf};
 

@@ -3,7 +3,7 @@
 use exr::prelude::{FlatImage, FlatSamples, Vec2, f16};
 use seamwise_texture::{Role, Validity, scale_down};
 
-use super::layers::{group_picture, pictured};
+use super::channels::{group_picture, pictured};
 use crate::image_file::exr::AnyLayer;
 
 /// Scales a layer down by 2 to the power of `halvings`; texels into which nothing valid went become

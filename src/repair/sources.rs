@@ -8,7 +8,8 @@ use seamwise_texture::equalize::{self, Seam};
 use seamwise_texture::{Footprint, Plane, Role, Validity, detect_background};
 use serde_json::Value;
 
-use super::{Background, MeshOptions, RepairOptions, WRAP};
+use super::WRAP;
+use super::options::{Background, MeshOptions, RepairOptions};
 use crate::atlas::charts::{Charts, Reads};
 use crate::atlas::seams::Surface;
 use crate::document::asset::Asset;

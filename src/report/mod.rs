@@ -6,6 +6,7 @@ mod figures;
 pub mod html;
 mod meshes;
 pub mod pictures;
+pub mod repair;
 mod table;
 pub mod threads;
 mod ticks;

@@ -6,8 +6,8 @@ use seamwise_texture::equalize::{Equalized, STEP_LEVELS};
 use seamwise_texture::{MipReads, Outcome, Role, Validity};
 use serde_json::{Value, json};
 
+use super::table::align;
 use crate::atlas::charts::Reads;
-use crate::report::align;
 
 /// What a repair did to each image of a file.
 #[derive(Clone, Debug)]
@@ -45,7 +45,7 @@ pub struct ImageReport {
 
 impl ImageReport {
     /// Enters the figures of a repair.
-    pub(super) fn add_outcome(&mut self, validity: &Validity, outcome: Outcome, reads: Reads) {
+    pub(crate) fn add_outcome(&mut self, validity: &Validity, outcome: Outcome, reads: Reads) {
         self.size = Some([validity.width(), validity.height()]);
         self.covered = validity.valid();
         self.filled = outcome.filled;
