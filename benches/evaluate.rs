@@ -8,6 +8,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use seamwise::bake::options::BakeOptions;
 use seamwise::bake::{Input, bake};
 use seamwise::evaluate::camera::Rig;
 use seamwise::evaluate::distance::{SampledSurface, correspond};
@@ -16,7 +17,6 @@ use seamwise::evaluate::render::render_views;
 use seamwise::evaluate::scene::{Mode, Scene};
 use seamwise::evaluate::{Options, Reference};
 use seamwise::import::read;
-use seamwise::options::BakeOptions;
 use seamwise::progress::Progress;
 
 const HELMET: &str =

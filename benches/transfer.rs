@@ -27,6 +27,7 @@ use criterion::{Criterion, Throughput};
 use image::{ColorType, RgbImage, imageops::FilterType};
 use seamwise::atlas::{encode_repaired, repair_all};
 use seamwise::bake::Input;
+use seamwise::bake::options::{BakeOptions, Textures};
 use seamwise::document::asset::Asset;
 use seamwise::evaluate::load::{TextureCache, load};
 use seamwise::evaluate::scene::Scene;
@@ -35,7 +36,6 @@ use seamwise::export::glb::to_glb;
 use seamwise::image_file::codec::{Encoding, decode, encode};
 use seamwise::image_file::encoded::EncodedImage;
 use seamwise::import::read;
-use seamwise::options::{BakeOptions, Textures};
 use seamwise::transfer::BakeNormals;
 use seamwise_attr::{Mesh, Options, simplify_chain, weld};
 use seamwise_texture::transfer::{

@@ -27,7 +27,7 @@
 //! ```no_run
 //! use std::path::Path;
 //! use seamwise::bake::{Input, bake};
-//! use seamwise::options::BakeOptions;
+//! use seamwise::bake::options::BakeOptions;
 //! use seamwise::progress::Progress;
 //!
 //! let input = Input::File(Path::new("helmet.gltf"));
@@ -39,9 +39,7 @@
 pub mod atlas;
 pub mod bake;
 pub mod batch;
-mod chains;
 mod compression;
-mod digest;
 pub mod document;
 pub mod error;
 pub mod evaluate;
@@ -51,11 +49,9 @@ pub mod import;
 pub mod inspect;
 pub mod level;
 pub mod limit;
-pub mod options;
 pub mod progress;
 pub mod repair;
 pub mod report;
 pub mod screen;
-pub mod steering;
 pub mod surface;
 pub mod transfer;

@@ -9,12 +9,12 @@ use common::build::Build;
 use common::output::{Output, border, half_edges, volume6};
 use common::{Baked, measured, shapes, shared_assets, unmeasured};
 use seamwise::bake::Input;
+use seamwise::bake::options::{BakeOptions, Targets, Textures};
+use seamwise::bake::steering::Steering;
 use seamwise::document::asset::Asset;
 use seamwise::evaluate::load::{TextureCache, load};
 use seamwise::evaluate::{Metrics, Options, Reference};
-use seamwise::options::{BakeOptions, Targets, Textures};
 use seamwise::report::BakeReport;
-use seamwise::steering::Steering;
 use serde_json::{Value, json};
 
 /// Fails unless each level is within 2 % of its target, or says why it is not.

@@ -12,8 +12,8 @@ use std::path::Path;
 
 use common::{Baked, measured, shared_assets, unmeasured};
 use seamwise::bake::Input;
+use seamwise::bake::options::{BakeOptions, Targets, Textures};
 use seamwise::document::asset::Asset;
-use seamwise::options::{BakeOptions, Targets, Textures};
 use serde_json::json;
 
 /// Bakes two levels of a real asset; `None` where there is none.

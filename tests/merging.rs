@@ -11,11 +11,11 @@ use common::shapes::{Shape, sphere};
 use common::{Baked, measured, shared_assets};
 use image::RgbImage;
 use seamwise::bake::Input;
+use seamwise::bake::options::{BakeOptions, Targets, Textures};
 use seamwise::evaluate::load::{TextureCache, load};
 use seamwise::evaluate::scene::Scene;
 use seamwise::evaluate::{Options, Reference};
 use seamwise::import::read;
-use seamwise::options::{BakeOptions, Targets, Textures};
 use seamwise::transfer::{Atlas, Sizes, TransferOptions};
 use serde_json::{Value, json};
 

@@ -10,12 +10,12 @@ use common::rigs::{Kind, bent_bar};
 use common::{Baked, assets, folder_files, measured, shapes, shared_assets, unmeasured};
 use gltf::Semantic;
 use seamwise::bake::Input;
+use seamwise::bake::options::{BakeOptions, Targets};
+use seamwise::bake::steering::Steering;
 use seamwise::evaluate::load::{TextureCache, load};
 use seamwise::evaluate::scene::Scene;
 use seamwise::export::files::{Format, Layout, OutputOptions};
 use seamwise::import::read;
-use seamwise::options::{BakeOptions, Targets};
-use seamwise::steering::Steering;
 use seamwise_attr::Placement;
 use serde_json::{Value, json};
 

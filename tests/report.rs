@@ -9,7 +9,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use common::assets::{cube, picture, textured};
 use common::{Baked, measured, shapes};
-use seamwise::options::{BakeOptions, ReportOptions, Textures};
+use seamwise::bake::options::{BakeOptions, ReportOptions, Textures};
 use seamwise::transfer::TransferOptions;
 
 fn reported(threads: bool) -> BakeOptions {

@@ -12,10 +12,10 @@ use common::{Baked, shared_assets, unmeasured};
 use gltf::Semantic;
 use gltf::accessor::DataType;
 use seamwise::bake::Input;
+use seamwise::bake::options::{BakeOptions, Targets, Textures};
 use seamwise::export::files::OutputOptions;
 use seamwise::export::glb::to_glb;
 use seamwise::import::read;
-use seamwise::options::{BakeOptions, Targets, Textures};
 
 /// Ways to pose a document's surface.
 type Poses = Vec<Box<dyn Fn(&Output) -> Moved>>;

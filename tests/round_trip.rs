@@ -9,12 +9,12 @@ use std::path::{Path, PathBuf};
 use common::build::Build;
 use common::{Baked, assets, shapes, shared_assets, unmeasured};
 use seamwise::bake::Input;
+use seamwise::bake::options::{BakeOptions, Targets, Textures};
 use seamwise::document::accessor;
 use seamwise::document::asset::Asset;
 use seamwise::export::files::{Format, Layout, OutputOptions};
 use seamwise::import::options::ReadOptions;
 use seamwise::import::read_with;
-use seamwise::options::{BakeOptions, Targets, Textures};
 use serde_json::{Value, json};
 
 /// All that a level keeps.

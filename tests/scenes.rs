@@ -5,7 +5,7 @@ mod common;
 use common::build::Build;
 use common::shapes::{Shape, patch, sphere};
 use common::{Baked, measured, unmeasured};
-use seamwise::options::{BakeOptions, BudgetPer, Targets};
+use seamwise::bake::options::{BakeOptions, BudgetPer, Targets};
 use serde_json::json;
 
 /// A ball with dents.

@@ -6,7 +6,7 @@ use common::build::Build;
 use common::output::{Output, border};
 use common::shapes::Shape;
 use common::{Baked, unmeasured};
-use seamwise::options::{BakeOptions, Targets};
+use seamwise::bake::options::{BakeOptions, Targets};
 
 const ROWS: u32 = 24;
 

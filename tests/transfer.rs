@@ -11,7 +11,7 @@ use common::{Baked, shared_assets, transferred};
 use glam::{Vec2, Vec3};
 use image::DynamicImage;
 use seamwise::bake::Input;
-use seamwise::options::BakeOptions;
+use seamwise::bake::options::BakeOptions;
 use seamwise::transfer::BakeNormals;
 use seamwise_attr::{TangentInput, compute_tangents};
 use serde_json::{Value, json};

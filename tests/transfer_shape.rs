@@ -11,8 +11,8 @@ use common::worn::covered_texels;
 use common::{Baked, transferred};
 use glam::Vec3;
 use image::{DynamicImage, RgbImage};
+use seamwise::bake::options::BakeOptions;
 use seamwise::evaluate;
-use seamwise::options::BakeOptions;
 use seamwise::transfer::BakeNormals;
 use serde_json::json;
 

@@ -11,7 +11,7 @@ use common::shapes::{self, Shape};
 use common::worn::{bumps, covered_texels};
 use common::{Baked, transferred, unmeasured, within};
 use image::DynamicImage;
-use seamwise::options::BakeOptions;
+use seamwise::bake::options::BakeOptions;
 use seamwise::transfer::BakeNormals;
 use serde_json::{Value, json};
 

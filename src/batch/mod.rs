@@ -17,11 +17,11 @@ use std::time::Instant;
 
 use serde_json::Value;
 
+use crate::bake::digest::digest;
+use crate::bake::options::BakeOptions;
 use crate::bake::{Input, bake};
-use crate::digest::digest;
 use crate::error::{Error, Result};
 use crate::export::disk;
-use crate::options::BakeOptions;
 use crate::progress::Progress;
 use crate::report::BakeReport;
 

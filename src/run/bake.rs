@@ -5,10 +5,10 @@ use std::path::Path;
 use anyhow::{Result, bail};
 use serde::Serialize;
 
+use seamwise::bake::options::BakeOptions;
 use seamwise::bake::{self, Input};
 use seamwise::batch::{self, Done, Job, Outcome, find_jobs, refuse_collisions};
 use seamwise::export::disk::write_files;
-use seamwise::options::BakeOptions;
 use seamwise::progress::Progress;
 use seamwise::report::BakeReport;
 

@@ -18,10 +18,10 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc;
 use std::time::Duration;
 
+use seamwise::bake::options::{BakeOptions, Targets, Textures};
 use seamwise::bake::{self, Input};
 use seamwise::error::Result;
 use seamwise::evaluate;
-use seamwise::options::{BakeOptions, Targets, Textures};
 use seamwise::progress::Progress;
 use seamwise::report::BakeReport;
 use seamwise::transfer::{BakeNormals, Sizes, TransferOptions};

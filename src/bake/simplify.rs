@@ -5,10 +5,10 @@ use std::sync::atomic::AtomicUsize;
 use rayon::prelude::*;
 use seamwise_attr::{Level, Polish, Shared, polish_chain, simplify_chain, simplify_together};
 
+use super::options::{BakeOptions, BudgetPer};
+use super::steering::MeshSteering;
 use crate::error::{Error, Result};
-use crate::options::{BakeOptions, BudgetPer};
 use crate::progress::Progress;
-use crate::steering::MeshSteering;
 use crate::surface::geometry::Geometry;
 
 /// The levels of each surface. `steering` holds what is asked of each.

@@ -6,8 +6,7 @@ mod values;
 use seamwise_attr::{Cost, Options, Placement, Weights};
 
 use crate::document::asset::Asset;
-use crate::document::nodes::mesh_worlds;
-use crate::document::nodes::{largest_stretch, stretches};
+use crate::document::nodes::{largest_stretch, mesh_worlds, stretches};
 use crate::error::{Error, Result};
 use crate::limit::MemoryLimit;
 use crate::surface::geometry::Geometry;

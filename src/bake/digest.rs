@@ -10,11 +10,11 @@ use std::path::Path;
 
 use blake3::Hasher;
 
+use super::options::BakeOptions;
 use crate::bake::Input;
 use crate::error::{Error, Result};
 use crate::import::named_files;
 use crate::limit::MemoryLimit;
-use crate::options::BakeOptions;
 
 /// The hash of an input, baked with `options`, in hexadecimal.
 ///
@@ -69,7 +69,7 @@ fn add_file(hasher: &mut Hasher, path: &Path) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::options::Targets;
+    use crate::bake::options::Targets;
 
     #[test]
     fn the_input_the_files_it_names_and_the_options_count_and_a_limit_does_not() {

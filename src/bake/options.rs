@@ -4,13 +4,13 @@ use std::time::Duration;
 
 use seamwise_attr::Polish;
 
+use super::steering::Steering;
 use crate::error::{Error, Result};
 use crate::evaluate;
 use crate::export::files::OutputOptions;
 use crate::import::options::ReadOptions;
 use crate::limit::MemoryLimit;
 use crate::screen::Screen;
-use crate::steering::Steering;
 use crate::transfer::TransferOptions;
 
 /// Options of a bake.

@@ -1,6 +1,13 @@
 //! The straight line: read → weld → simplify → polish → repair → evaluate → write. The only file that knows
 //! the order of the stages.
 
+pub(crate) mod digest;
+mod input;
+pub mod options;
+mod report;
+mod simplify;
+pub mod steering;
+
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::Instant;
@@ -9,8 +16,6 @@ use rayon::prelude::*;
 use seamwise_attr::Level;
 
 use crate::atlas::{ImageRepair, encode_repaired, repair_all};
-use crate::chains::{polish_all, simplify_all, triangle_count};
-use crate::digest::digest;
 use crate::document::asset::Asset;
 use crate::error::Result;
 use crate::evaluate::load::{TextureCache, load};
@@ -20,84 +25,21 @@ use crate::export::disk::{refuse_overwriting, write_recorded};
 use crate::export::document::level_asset;
 use crate::image_file::codec::Encoding;
 use crate::image_file::encoded::EncodedImage;
-use crate::import;
-use crate::import::options::{ReadOptions, folder_of};
 use crate::level::textures::LevelTextures;
-use crate::level::{DressedLevel, LevelMesh, Undressed};
-use crate::options::{BakeOptions, BudgetPer, Textures};
+use crate::level::{DressedLevel, Undressed};
 use crate::progress::Progress;
 use crate::report::html::{Extras, bake_page};
 use crate::report::pictures::{Gallery, draw_atlases};
 use crate::report::threads::time_threads;
 use crate::report::worn::draw_worn;
-use crate::report::{BakeReport, InputReport, LevelReport, Seconds, mesh_reports, peak_memory};
-use crate::steering::MeshSteering;
-use crate::surface::geometry::Geometry;
+use crate::report::{BakeReport, Seconds, mesh_reports, peak_memory};
 use crate::surface::group::weld_all;
 use crate::transfer::{MaterialTextures, Origin, Plan, TransferOptions, transfer_all};
-
-/// Where an asset comes from.
-#[derive(Clone, Copy, Debug)]
-pub enum Input<'a> {
-    /// A .gltf, .glb, .obj, .ply or .off file.
-    File(&'a Path),
-    /// The bytes of a self-contained .gltf or .glb, and a name for what is made of it.
-    Bytes(&'a [u8], &'a str),
-}
-
-impl Input<'_> {
-    /// What the outputs are called after.
-    pub fn stem(&self) -> String {
-        match self {
-            Self::File(path) => {
-                path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
-            }
-            Self::Bytes(_, name) => (*name).to_owned(),
-        }
-    }
-
-    /// The files that a bake writes into `folder`: the levels, the finest first, then all of them
-    /// in one if the layout has that, then the page if there is to be one, and last the report. Images,
-    /// if they are not in these, go into a folder `<stem>_textures` there.
-    pub fn outputs(&self, folder: &Path, options: &BakeOptions) -> Vec<PathBuf> {
-        let stem = self.stem();
-        let documents = options.output.names(&stem, options.targets.count());
-        let page = options.report.map(|_| format!("{stem}.html"));
-        let names = options.output.files(&documents).into_iter().chain(page);
-        names.map(|name| folder.join(name)).chain([self.report(folder)]).collect()
-    }
-
-    /// The file that a bake writes its report into.
-    pub(crate) fn report(&self, folder: &Path) -> PathBuf {
-        folder.join(format!("{}.json", self.stem()))
-    }
-
-    /// Makes sure that this input is not among the outputs.
-    ///
-    /// # Errors
-    /// [`Error::Options`](crate::error::Error::Options) if it would be overwritten.
-    pub fn refuse_overwriting(&self, outputs: &[PathBuf]) -> Result<()> {
-        match self {
-            Self::File(path) => refuse_overwriting(path, outputs),
-            Self::Bytes(..) => Ok(()),
-        }
-    }
-
-    /// The files beside the input that it names.
-    fn named_files(&self, asset: &Asset, options: ReadOptions) -> Vec<PathBuf> {
-        match self {
-            Self::File(path) => import::document_files(&asset.json, options.reach(folder_of(path))),
-            Self::Bytes(..) => Vec::new(),
-        }
-    }
-
-    fn read(&self, options: ReadOptions) -> Result<Asset> {
-        match self {
-            Self::File(path) => import::read_with(path, options),
-            Self::Bytes(bytes, _) => import::read_bytes_with(bytes, Path::new(""), options),
-        }
-    }
-}
+use digest::digest;
+pub use input::Input;
+use options::{BakeOptions, Textures};
+use report::{input_report, level_reports};
+use simplify::{polish_all, simplify_all};
 
 /// Bakes the levels of one asset into `folder`: `<stem>_lod1.glb` and so on, `<stem>.glb` with all
 /// of them, or what `options.output` has instead; `<stem>.json` with what was measured, and `<stem>.html` with the same in charts and
@@ -327,63 +269,4 @@ fn evaluate_all(
         }
         Ok(Measured { metrics, diagonal: reference.diagonal() })
     })
-}
-
-fn input_report(input: Input<'_>, asset: &Asset, geometries: &[Geometry]) -> InputReport {
-    let meshes = geometries.iter().map(|geometry| &geometry.welded);
-    InputReport {
-        file: match input {
-            Input::File(path) => path.display().to_string(),
-            Input::Bytes(_, name) => name.to_owned(),
-        },
-        meshes: geometries.iter().map(|geometry| geometry.meshes.len()).sum(),
-        triangles: triangle_count(geometries),
-        points: meshes.clone().map(|welded| welded.mesh.positions.len()).sum(),
-        wedges: meshes.clone().map(|welded| welded.mesh.wedge_points.len()).sum(),
-        degenerate_triangles: meshes.map(|welded| welded.degenerate).sum(),
-        missing_images: asset.missing_images(),
-    }
-}
-
-fn level_reports(
-    dressed: &[DressedLevel<'_>],
-    chains: &[Vec<Level>],
-    steering: &[MeshSteering],
-    options: &BakeOptions,
-    measured: Option<&Measured>,
-) -> Vec<LevelReport> {
-    let triangles = |mesh: &LevelMesh<'_>| mesh.geometry.welded.mesh.triangles.len();
-    let total = dressed.first().map_or(0, |level| level.meshes.iter().map(triangles).sum());
-    let shares = options.targets.shares(total);
-    let sizes = measured.map(|measured| options.screen.largest_sizes(measured.distances()));
-    let counts = options.targets.counts(total);
-    let report = |(index, share): (usize, &f64)| {
-        let levels = || chains.iter().map(|chain| &chain[index]);
-        let target = match options.budget_per {
-            BudgetPer::Mesh => levels().map(|level| level.target).sum(),
-            BudgetPer::Scene => counts[index],
-        };
-        let stopped: Vec<_> = levels().filter_map(|level| level.stopped).collect();
-        LevelReport {
-            ratio: *share,
-            target,
-            triangles: levels().map(|level| level.mesh.triangles.len()).sum(),
-            points: levels().map(|level| level.mesh.positions.len()).sum(),
-            wedges: levels().map(|level| level.mesh.wedge_points.len()).sum(),
-            error: levels()
-                .zip(steering)
-                .map(|(level, steering)| level.error * steering.stretch())
-                .fold(0.0, f64::max),
-            draw_calls: dressed[index].meshes.iter().map(LevelMesh::draw_calls).sum(),
-            texture_bytes: dressed[index].textures.bytes(),
-            reached: stopped.is_empty(),
-            why: stopped.first().map(|stop| match chains.len() {
-                1 => stop.to_string(),
-                surfaces => format!("in {} of {surfaces} surfaces {stop}", stopped.len()),
-            }),
-            largest_size_pixels: sizes.as_ref().map(|sizes| sizes[index]),
-            metrics: measured.map(|measured| measured.metrics[index]),
-        }
-    };
-    shares.iter().enumerate().map(report).collect()
 }
