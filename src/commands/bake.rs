@@ -12,7 +12,7 @@ use seamwise::export::disk::write_files;
 use seamwise::progress::Progress;
 use seamwise::report::BakeReport;
 
-use super::{say, warn};
+use super::console::{say, warn};
 use crate::cli::{BakeArgs, Common};
 
 /// What became of a batch, in schema 1.
