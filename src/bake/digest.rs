@@ -10,8 +10,8 @@ use std::path::Path;
 
 use blake3::Hasher;
 
+use super::input::Input;
 use super::options::BakeOptions;
-use crate::bake::Input;
 use crate::error::{Error, Result};
 use crate::import::named_files;
 use crate::limit::MemoryLimit;

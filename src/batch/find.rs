@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use walkdir::{DirEntry, WalkDir};
 
-use super::Job;
+use super::job::Job;
 use crate::error::{Error, Result};
 use crate::import::options::folder_of;
 

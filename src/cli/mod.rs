@@ -2,6 +2,7 @@
 
 mod batch;
 mod output;
+mod outside;
 mod repair;
 mod steering;
 mod textures;
@@ -13,6 +14,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use batch::BatchArgs;
 use output::OutputArgs;
+use outside::OutsideArgs;
 use repair::FootprintArgs;
 pub(crate) use repair::RepairArgs;
 use seamwise::bake::options::{BakeOptions, BudgetPer, ReportOptions, Targets};
@@ -155,15 +157,6 @@ pub(crate) struct ReadingArgs {
     allow_missing: bool,
     #[command(flatten)]
     outside: OutsideArgs,
-}
-
-/// Which files an asset may name.
-#[derive(Clone, Copy, Debug, Args)]
-pub(crate) struct OutsideArgs {
-    /// Read files that an asset names outside its own folder: by absolute paths, file URIs or `..`.
-    /// Whoever made the asset chose these names, and what they lead to may end up in the output.
-    #[arg(long)]
-    pub(crate) allow_outside: bool,
 }
 
 impl ReadingArgs {

@@ -8,7 +8,7 @@ use seamwise::image_file::codec::Encoding;
 use seamwise::repair::options::{Background, MeshOptions, RepairOptions};
 use seamwise_texture::{Footprint, Role, equalize};
 
-use super::OutsideArgs;
+use super::outside::OutsideArgs;
 
 /// `seamwise repair`.
 #[derive(Debug, Args)]

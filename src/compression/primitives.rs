@@ -17,7 +17,7 @@ use draco_core::{
 use gltf::json::accessor::ComponentType;
 use serde_json::{Map, Value, json};
 
-use super::append;
+use super::append::append;
 use crate::document::accessor::{self, Elements};
 use crate::document::asset::Asset;
 use crate::document::edit::{aligned, bounds};

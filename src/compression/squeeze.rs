@@ -9,7 +9,7 @@
 use meshopt::{encode_index_buffer, encode_index_sequence, encode_vertex_buffer_level};
 use serde_json::{Value, json};
 
-use super::by_stride;
+use super::stride::by_stride;
 use crate::document::asset::Asset;
 use crate::document::extensions::require_extension;
 use crate::error::{Error, Result};

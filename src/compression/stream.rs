@@ -6,7 +6,7 @@ use meshopt::{
 };
 use serde::Deserialize;
 
-use super::by_stride;
+use super::stride::by_stride;
 use crate::document::asset::Asset;
 
 /// What the extension says of a view.

@@ -14,7 +14,7 @@
 
 use serde_json::{Value, json};
 
-use super::append;
+use super::append::append;
 use super::stream::Stream;
 use crate::document::asset::Asset;
 use crate::document::extensions::{remove_extension, unlist_extension};

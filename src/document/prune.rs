@@ -10,9 +10,8 @@ use image::DynamicImage;
 use serde_json::{Value, json};
 
 use super::asset::Asset;
-use super::edit::Packer;
+use super::edit::{Packer, drop_from};
 use super::material::slots;
-use crate::document::edit::drop_from;
 use crate::error::Result;
 use crate::image_file::codec::encode;
 use crate::image_file::encoded::ImageFormat;
