@@ -39,7 +39,7 @@ impl<'a> LevelMesh<'a> {
     /// and wears nothing new is the source itself.
     ///
     /// # Errors
-    /// [`Error::Internal`] if the level does not belong to the geometry.
+    /// [`Error::Internal`](crate::error::Error::Internal) if the level does not belong to the geometry.
     pub fn new(geometry: &'a Geometry, level: &Level, textures: &[PartTextures]) -> Result<Self> {
         let (own, source) = (&level.mesh, &geometry.welded.mesh);
         let is_whole = own.triangles.len() == source.triangles.len()

@@ -32,7 +32,7 @@ pub struct RepairOptions {
     pub halvings: u32,
     /// What counts as read in the report.
     pub footprint: Footprint,
-    /// A .png to draw what was filled in; see [`repair_file`].
+    /// A .png to draw what was filled in; see [`repair_file`](super::repair_file).
     pub diff: Option<PathBuf>,
     /// Whether and how both sides of seams are made to read the same, after the fill.
     pub equalize: Option<equalize::Options>,
