@@ -1,6 +1,6 @@
 //! Any bytes as a picture file: an error or a file that reads back, within 64 MB, and no panic.
 //!
-//! `SEAMWISE_CORPUS=fuzz/corpus/picture cargo test --test hostile_pictures seeds` makes small valid
+//! `SEAMWISE_CORPUS=fuzz/corpus/picture cargo test --test hostile seeds` makes small valid
 //! files to start from; then
 //! `cargo +nightly fuzz run picture -- -max_total_time=600 -timeout=10 -rss_limit_mb=2048`
 

@@ -6,8 +6,8 @@
 //! takes their bytes as they are. All else cannot be blended without knowing what it means, and is
 //! that of the source vertex which the wedge stands for.
 //!
-//! Lab note (`cargo test --test rigs -- --nocapture`): RMS distance between the surfaces as they move,
-//! over that of levels with the joints and deltas of one source vertex each, at 50, 25, 12.5 and
+//! Lab note (`cargo test --test suite rigs -- --nocapture`): RMS distance between the surfaces as they
+//! move, over that of levels with the joints and deltas of one source vertex each, at 50, 25, 12.5 and
 //! 6.25 %: a fox in its animations 0.98, 0.98, 0.98, 0.99; a head with turned joints 0.79, 0.88, 0.87,
 //! 0.94, its 82 morph targets 0.92, 0.96, 0.99, 0.99. Most of the rest is what
 //! the levels are off by when still.

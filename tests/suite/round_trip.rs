@@ -1,13 +1,12 @@
 //! A level with all triangles and the textures kept is the source: every accessor, image and object of
 //! the document comes back, in whatever form it is written.
 
-mod common;
-
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use common::build::Build;
-use common::{Baked, assets, shapes, shared_assets, unmeasured};
+use crate::common;
+use crate::common::build::Build;
+use crate::common::{Baked, assets, shapes, shared_assets, unmeasured};
 use seamwise::bake::Input;
 use seamwise::bake::options::{BakeOptions, Targets, Textures};
 use seamwise::document::accessor;

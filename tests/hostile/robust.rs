@@ -1,14 +1,13 @@
 //! Damaged and hostile files: whatever is in them, reading and baking end soon, in a result or an
 //! error, and never in a panic.
 
-mod common;
-
 use std::path::Path;
 use std::time::Instant;
 
-use common::assets::{cube, pointers, victim};
-use common::build::{Build, glb};
-use common::{Random, crc, shapes, within};
+use crate::common;
+use crate::common::assets::{cube, pointers, victim};
+use crate::common::build::{Build, glb};
+use crate::common::{Random, crc, shapes, within};
 use image::RgbaImage;
 use seamwise::bake::options::{BakeOptions, Targets};
 use seamwise::bake::{Input, bake};

@@ -1,14 +1,12 @@
 //! Materials merged into one atlas: are there fewer of them, and do levels look the same?
 
-mod common;
-
 use std::path::Path;
 
-use common::assets::picture;
-use common::build::Build;
-use common::output::Output;
-use common::shapes::{Shape, sphere};
-use common::{Baked, measured, shared_assets};
+use crate::common::assets::picture;
+use crate::common::build::Build;
+use crate::common::output::Output;
+use crate::common::shapes::{Shape, sphere};
+use crate::common::{Baked, measured, shared_assets};
 use image::RgbImage;
 use seamwise::bake::Input;
 use seamwise::bake::options::{BakeOptions, Targets, Textures};

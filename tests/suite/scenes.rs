@@ -1,10 +1,8 @@
 //! Several meshes with one budget: who keeps the triangles?
 
-mod common;
-
-use common::build::Build;
-use common::shapes::{Shape, patch, sphere};
-use common::{Baked, measured, unmeasured};
+use crate::common::build::Build;
+use crate::common::shapes::{Shape, patch, sphere};
+use crate::common::{Baked, measured, unmeasured};
 use seamwise::bake::options::{BakeOptions, BudgetPer, Targets};
 use serde_json::json;
 

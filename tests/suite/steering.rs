@@ -1,14 +1,12 @@
 //! What users may ask of the descent, through the real binary and in its outputs.
 
-mod common;
-
 use std::collections::BTreeSet;
 use std::path::Path;
 
+use crate::common::build::Build;
+use crate::common::output::{Output, volume6};
+use crate::common::shapes;
 use assert_cmd::Command;
-use common::build::Build;
-use common::output::{Output, volume6};
-use common::shapes;
 use serde_json::json;
 
 /// Bakes one level of half the triangles and tells its file; or what the tool says against it.

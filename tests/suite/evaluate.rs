@@ -1,13 +1,11 @@
 //! The evaluator from the outside: known differences give known figures.
 
-mod common;
-
 use std::path::Path;
 
-use common::assets::{self, picture, textured};
-use common::build::Build;
-use common::shapes::Shape;
-use common::{Baked, measured, shapes};
+use crate::common::assets::{self, picture, textured};
+use crate::common::build::Build;
+use crate::common::shapes::Shape;
+use crate::common::{Baked, measured, shapes};
 use glam::{DVec3, EulerRot, Quat};
 use image::{Rgba, RgbaImage};
 use seamwise::evaluate::camera::Rig;

@@ -1,14 +1,13 @@
 //! Files that an asset names outside its own folder: refused, unless the user allows them.
 
-mod common;
-
 use std::path::{Path, PathBuf};
 
+use crate::common;
+use crate::common::assets::{picture, textured};
+use crate::common::build::png;
+use crate::common::formats::{obj, ply};
+use crate::common::shapes::sphere;
 use assert_cmd::Command;
-use common::assets::{picture, textured};
-use common::build::png;
-use common::formats::{obj, ply};
-use common::shapes::sphere;
 use seamwise::import::options::ReadOptions;
 use seamwise::import::read_with;
 use serde_json::{Value, json};

@@ -1,15 +1,13 @@
 //! Who wears what after a transfer: shared images, materials of several users, and damaged input.
 
-mod common;
-
 use std::collections::BTreeMap;
 
-use common::assets::picture;
-use common::build::Build;
-use common::output::Output;
-use common::shapes::{self, Shape};
-use common::worn::{bumps, covered_texels};
-use common::{Baked, transferred, unmeasured, within};
+use crate::common::assets::picture;
+use crate::common::build::Build;
+use crate::common::output::Output;
+use crate::common::shapes::{self, Shape};
+use crate::common::worn::{bumps, covered_texels};
+use crate::common::{Baked, transferred, unmeasured, within};
 use image::DynamicImage;
 use seamwise::bake::options::BakeOptions;
 use seamwise::transfer::BakeNormals;

@@ -1,11 +1,9 @@
 //! A surface that comes cut into meshes: do its levels stay closed?
 
-mod common;
-
-use common::build::Build;
-use common::output::{Output, border};
-use common::shapes::Shape;
-use common::{Baked, unmeasured};
+use crate::common::build::Build;
+use crate::common::output::{Output, border};
+use crate::common::shapes::Shape;
+use crate::common::{Baked, unmeasured};
 use seamwise::bake::options::{BakeOptions, Targets};
 
 const ROWS: u32 = 24;

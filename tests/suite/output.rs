@@ -1,13 +1,11 @@
 //! In which files a bake is written: compressed, as .gltf, with levels by name.
 
-mod common;
-
 use std::path::Path;
 
-use common::build::Build;
-use common::output::Output;
-use common::rigs::{Kind, bent_bar};
-use common::{Baked, assets, folder_files, measured, shapes, shared_assets, unmeasured};
+use crate::common::build::Build;
+use crate::common::output::Output;
+use crate::common::rigs::{Kind, bent_bar};
+use crate::common::{Baked, assets, folder_files, measured, shapes, shared_assets, unmeasured};
 use gltf::Semantic;
 use seamwise::bake::Input;
 use seamwise::bake::options::{BakeOptions, Targets};

@@ -136,7 +136,8 @@ fn take(tokens: &[String], mut at: usize, before: &[String], found: &mut Vec<Nam
 
 /// The rooms of `src/` from top to bottom.
 fn rooms() -> Names {
-    let page = include_str!("../src/lib.rs").lines().filter_map(|line| line.strip_prefix("//! - "));
+    let page =
+        include_str!("../../src/lib.rs").lines().filter_map(|line| line.strip_prefix("//! - "));
     page.filter_map(|line| Some(line.split('`').nth(1)?.to_owned())).collect()
 }
 

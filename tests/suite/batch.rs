@@ -1,15 +1,13 @@
 //! Many inputs through the real binary: failures, a kill and its resumption, shards.
 
-mod common;
-
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant, SystemTime};
 
-use common::assets::{picture, textured};
-use common::build::{Build, glb};
-use common::shapes::{patch, sphere};
+use crate::common::assets::{picture, textured};
+use crate::common::build::{Build, glb};
+use crate::common::shapes::{patch, sphere};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 

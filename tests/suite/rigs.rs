@@ -1,14 +1,12 @@
 //! Do levels move as their sources do? Under morph targets and skins, measured from the outside.
 
-mod common;
-
 use std::collections::{BTreeMap, BTreeSet};
 
-use common::build::Build;
-use common::output::Output;
-use common::pose::{Moved, Pose, deform, influences};
-use common::rigs::{Kind, bent_bar, halves, second_share, zeros};
-use common::{Baked, shared_assets, unmeasured};
+use crate::common::build::Build;
+use crate::common::output::Output;
+use crate::common::pose::{Moved, Pose, deform, influences};
+use crate::common::rigs::{Kind, bent_bar, halves, second_share, zeros};
+use crate::common::{Baked, shared_assets, unmeasured};
 use gltf::Semantic;
 use gltf::accessor::DataType;
 use seamwise::bake::Input;

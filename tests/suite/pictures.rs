@@ -1,13 +1,12 @@
 //! `repair` on picture files of every format: what they hold comes out as it went in, and what
 //! would not is refused or said.
 
-mod common;
-
 use std::io::Cursor;
 use std::path::Path;
 
-use common::files::{self, SIDE, encoded, exr, exr_file, texels};
-use common::tiffs;
+use crate::common;
+use crate::common::files::{self, SIDE, encoded, exr, exr_file, texels};
+use crate::common::tiffs;
 use exr::prelude::{Compression, FlatImage, LineOrder, ReadChannels, ReadLayers};
 use image::{ColorType, DynamicImage, ImageDecoder, ImageFormat};
 use png::BitDepth;

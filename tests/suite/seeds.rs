@@ -1,16 +1,16 @@
 //! The files that the fuzz targets of the reader start from, made when they are asked for: out of the
 //! tests' own assets, and out of those in ../shared/assets, made small.
 //!
-//! `SEAMWISE_CORPUS=fuzz/corpus cargo test --test seeds` writes them into a folder for each target.
-
-mod common;
+//! `SEAMWISE_CORPUS=fuzz/corpus cargo test --test suite seeds` writes them into a folder for each
+//! target.
 
 use std::path::{Path, PathBuf};
 
-use common::assets::{cube, two_materials, victim};
-use common::build::{Build, png};
-use common::formats::{ENCODINGS, obj, ply};
-use common::shapes::{patch, sphere};
+use crate::common;
+use crate::common::assets::{cube, two_materials, victim};
+use crate::common::build::{Build, png};
+use crate::common::formats::{ENCODINGS, obj, ply};
+use crate::common::shapes::{patch, sphere};
 use seamwise::document::accessor;
 use seamwise::document::asset::Asset;
 use seamwise::import::options::ReadOptions;
@@ -120,10 +120,10 @@ fn shrunk(asset: &Asset) -> (Value, Vec<u8>) {
 
 fn streams(mut corpus: Corpus, assets: &[PathBuf]) {
     let [draco, etc1s, uastc, zstd]: [&[u8]; 4] = [
-        include_bytes!("encoded/patch.drc"),
-        include_bytes!("encoded/etc1s.ktx2"),
-        include_bytes!("encoded/uastc.ktx2"),
-        include_bytes!("encoded/uastc_zstd.ktx2"),
+        include_bytes!("../encoded/patch.drc"),
+        include_bytes!("../encoded/etc1s.ktx2"),
+        include_bytes!("../encoded/uastc.ktx2"),
+        include_bytes!("../encoded/uastc_zstd.ktx2"),
     ];
     corpus.add(&[&[1], draco]);
     for file in [etc1s, uastc, zstd] {

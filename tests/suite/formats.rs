@@ -1,15 +1,14 @@
 //! OBJ, PLY and OFF: each comes in as the same mesh in glTF does, and damaged ones are errors.
 
-mod common;
-
 use std::path::{Path, PathBuf};
 
-use common::assets::picture;
-use common::build::{Build, png};
-use common::formats::{ENCODINGS, obj, off, ply, ply_color};
-use common::output::Output;
-use common::shapes::{Shape, seam_cube, sphere};
-use common::within;
+use crate::common;
+use crate::common::assets::picture;
+use crate::common::build::{Build, png};
+use crate::common::formats::{ENCODINGS, obj, off, ply, ply_color};
+use crate::common::output::Output;
+use crate::common::shapes::{Shape, seam_cube, sphere};
+use crate::common::within;
 use seamwise::document::asset::Asset;
 use seamwise::export::glb::to_glb;
 use seamwise::import::options::ReadOptions;

@@ -17,15 +17,14 @@
 //! | names of files | the asset's folder, unless `--allow-outside` | outside.rs |
 //! | time | `--time-limit`, between steps | here |
 
-mod common;
-
 use std::path::Path;
 use std::time::Duration;
 
+use crate::common;
+use crate::common::assets::textured;
+use crate::common::build::Build;
+use crate::common::{shapes, unmeasured, within};
 use assert_cmd::Command;
-use common::assets::textured;
-use common::build::Build;
-use common::{shapes, unmeasured, within};
 use seamwise::bake::options::BakeOptions;
 use seamwise::bake::{Input, bake};
 use seamwise::error::Error;

@@ -1,15 +1,13 @@
 //! Pictures against those under tests/golden.
 //!
-//! `UPDATE_GOLDEN=1 cargo test --test golden` writes them anew. Where a picture differs, what was
+//! `UPDATE_GOLDEN=1 cargo test --test suite golden` writes them anew. Where a picture differs, what was
 //! made and an amplified difference go to target/diff.
-
-mod common;
 
 use std::path::Path;
 
-use common::assets::{cube, cube_atlas, picture};
-use common::build::Build;
-use common::{Baked, shapes, unmeasured};
+use crate::common::assets::{cube, cube_atlas, picture};
+use crate::common::build::Build;
+use crate::common::{Baked, shapes, unmeasured};
 use image::{Rgb, RgbImage};
 use seamwise::evaluate::camera::Rig;
 use seamwise::evaluate::load::{TextureCache, load};

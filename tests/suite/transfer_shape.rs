@@ -1,14 +1,12 @@
 //! What a level has lost of its source's shape, and which side its pictures come from.
 
-mod common;
-
 use std::f32::consts::{PI, TAU};
 
-use common::build::Build;
-use common::output::{Output, Part};
-use common::shapes::{self, Shape};
-use common::worn::covered_texels;
-use common::{Baked, transferred};
+use crate::common::build::Build;
+use crate::common::output::{Output, Part};
+use crate::common::shapes::{self, Shape};
+use crate::common::worn::covered_texels;
+use crate::common::{Baked, transferred};
 use glam::Vec3;
 use image::{DynamicImage, RgbImage};
 use seamwise::bake::options::BakeOptions;

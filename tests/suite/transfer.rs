@@ -1,13 +1,11 @@
 //! Textures made anew from the source's surface, from the outside: an asset in its own place keeps
 //! what it wears.
 
-mod common;
-
-use common::build::Build;
-use common::output::Output;
-use common::shapes::{self, Shape};
-use common::worn::{Pictures, bumps, covered_texels, share_alike};
-use common::{Baked, shared_assets, transferred};
+use crate::common::build::Build;
+use crate::common::output::Output;
+use crate::common::shapes::{self, Shape};
+use crate::common::worn::{Pictures, bumps, covered_texels, share_alike};
+use crate::common::{Baked, shared_assets, transferred};
 use glam::{Vec2, Vec3};
 use image::DynamicImage;
 use seamwise::bake::Input;

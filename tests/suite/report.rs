@@ -1,14 +1,12 @@
 //! The page of a bake and of an evaluation: that it holds all it shows, and that a browser shows it.
 
-mod common;
-
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::common::assets::{cube, picture, textured};
+use crate::common::{Baked, measured, shapes};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use common::assets::{cube, picture, textured};
-use common::{Baked, measured, shapes};
 use seamwise::bake::options::{BakeOptions, ReportOptions, Textures};
 use seamwise::transfer::TransferOptions;
 

@@ -1,16 +1,14 @@
 //! Real assets that are compressed, rigged or odd: each is read, baked and written as a valid file.
 
-mod common;
-
+use crate::common::assets::{picture, textured};
+use crate::common::build::Build;
+use crate::common::output::Output;
+use crate::common::shapes::sphere;
 use assert_cmd::Command;
 use base64::Engine;
-use common::assets::{picture, textured};
-use common::build::Build;
-use common::output::Output;
-use common::shapes::sphere;
 use std::path::Path;
 
-use common::{Baked, measured, shared_assets, unmeasured};
+use crate::common::{Baked, measured, shared_assets, unmeasured};
 use seamwise::bake::Input;
 use seamwise::bake::options::{BakeOptions, Targets, Textures};
 use seamwise::document::asset::Asset;
@@ -100,7 +98,7 @@ fn a_ktx2_texture_that_nothing_changes_is_written_byte_for_byte() {
 #[test]
 fn a_draco_mesh_becomes_plain() {
     let mut build = Build::new();
-    let view = build.view(include_bytes!("encoded/patch.drc"));
+    let view = build.view(include_bytes!("../encoded/patch.drc"));
     let mut accessor = |component: u32, count: usize, shape: &str| {
         let json = json!({"componentType": component, "count": count, "type": shape});
         build.add("accessors", json)

@@ -1,12 +1,11 @@
 //! Damaged and hostile picture files: an error that names the file, soon, within the memory limit,
 //! and nothing written.
 
-mod common;
-
 use std::io::Cursor;
 use std::path::Path;
 
-use common::{crc, files, tiffs, within};
+use crate::common;
+use crate::common::{crc, files, tiffs, within};
 use exr::math::RoundingMode;
 use exr::prelude::{
     AnyChannel, AnyChannels, Blocks, Compression, FlatSamples, Image, Layer, Levels, Vec2,

@@ -1,14 +1,12 @@
 //! The real binary in a temporary folder: exit codes, messages, files.
 
-mod common;
-
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
+use crate::common::assets::{cube, picture, textured};
+use crate::common::build::Build;
+use crate::common::{folder_files, shapes};
 use assert_cmd::Command;
-use common::assets::{cube, picture, textured};
-use common::build::Build;
-use common::{folder_files, shapes};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 

@@ -1,13 +1,12 @@
 //! The whole pipeline from the outside: what comes out of a bake, read by another reader.
 
-mod common;
-
 use std::path::{Path, PathBuf};
 
-use common::assets::{self, in_chart};
-use common::build::Build;
-use common::output::{Output, border, half_edges, volume6};
-use common::{Baked, measured, shapes, shared_assets, unmeasured};
+use crate::common;
+use crate::common::assets::{self, in_chart};
+use crate::common::build::Build;
+use crate::common::output::{Output, border, half_edges, volume6};
+use crate::common::{Baked, measured, shapes, shared_assets, unmeasured};
 use seamwise::bake::Input;
 use seamwise::bake::options::{BakeOptions, Targets, Textures};
 use seamwise::bake::steering::Steering;
