@@ -200,7 +200,7 @@ impl Inspection {
     /// [`Error::Internal`] if they can't be written so.
     pub fn to_json(&self) -> Result<String> {
         let text = serde_json::to_string_pretty(self);
-        Ok(text.map_err(|error| Error::Internal { what: error.to_string() })? + "\n")
+        Ok(text.map_err(Error::internal)? + "\n")
     }
 
     /// The findings for people.

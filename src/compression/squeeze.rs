@@ -194,7 +194,7 @@ fn encode(plain: &[u8], own: Use) -> Result<Option<(Vec<u8>, usize)>> {
             None => return Ok(None),
         },
     };
-    let stream = stream.map_err(|error| Error::Internal { what: error.to_string() })?;
+    let stream = stream.map_err(Error::internal)?;
     Ok(Some((stream, stride)))
 }
 

@@ -67,8 +67,7 @@ fn neutral(role: Role) -> Result<Mips> {
         Role::Normal => [128, 128, 255, 255],
         Role::Color | Role::Data => [255; 4],
     };
-    Mips::from_rgba8(1, 1, &texel, Encoding::Linear)
-        .map_err(|error| Error::Internal { what: error.to_string() })
+    Mips::from_rgba8(1, 1, &texel, Encoding::Linear).map_err(Error::internal)
 }
 
 /// Flattens the default scene of an asset to world space. A skinned mesh stands in its bind pose,
@@ -226,7 +225,7 @@ impl Soup {
             uvs: &self.uvs[normal_map.uv_set],
             triangles: &self.triangles,
         })
-        .map_err(|error| Error::Internal { what: error.to_string() })
+        .map_err(Error::internal)
     }
 }
 

@@ -249,8 +249,7 @@ fn add_geometry(packer: &mut Packer, part: &LevelPart) -> Value {
 fn with_geometry(source: &Value, geometry: Value) -> Result<Value> {
     let mut json = source.clone();
     let (Some(object), Value::Object(geometry)) = (json.as_object_mut(), geometry) else {
-        let what = "a primitive that was read is not an object".into();
-        return Err(Error::Internal { what });
+        return Err(Error::internal("a primitive that was read is not an object"));
     };
     object.extend(geometry);
     object.shift_remove("mode");

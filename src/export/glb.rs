@@ -20,7 +20,7 @@ pub fn to_glb(asset: &Asset) -> Result<Vec<u8>> {
 
 /// The JSON of a document.
 pub(crate) fn json_bytes(asset: &Asset) -> Result<Vec<u8>> {
-    serde_json::to_vec(&asset.json).map_err(|error| Error::Internal { what: error.to_string() })
+    serde_json::to_vec(&asset.json).map_err(Error::internal)
 }
 
 /// A document and its first buffer as a .glb.
@@ -36,7 +36,7 @@ pub(crate) fn container(joined: Asset) -> Result<Vec<u8>> {
         json: Cow::Owned(json),
         bin: bin.map(Cow::Owned),
     };
-    glb.to_vec().map_err(|error| Error::Internal { what: error.to_string() })
+    glb.to_vec().map_err(Error::internal)
 }
 
 /// Brings all bytes that the document refers to into one buffer, images among them unless each has a

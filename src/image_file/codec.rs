@@ -108,7 +108,7 @@ pub(crate) fn encode_anew(
         // It has been decoded before, within a limit.
         Some(before) => open(&original.bytes, before, MemoryLimit::default())
             .and_then(|mut decoder| Metadata::read(&original.bytes, before, &mut decoder))
-            .map_err(|error| Error::Internal { what: error.to_string() })?,
+            .map_err(Error::internal)?,
     };
     let format = if encoding.png { ImageFormat::Png } else { original.format };
     if format == ImageFormat::Png
@@ -135,8 +135,7 @@ pub(crate) fn encode_with(
         Some(codec) => (format, codec),
         None => (ImageFormat::Png, image::ImageFormat::Png),
     };
-    let bytes = write(image, metadata, codec, encoding.quality)
-        .map_err(|error| Error::Internal { what: error.to_string() })?;
+    let bytes = write(image, metadata, codec, encoding.quality).map_err(Error::internal)?;
     Ok(EncodedImage { bytes: bytes.into(), format })
 }
 

@@ -371,7 +371,7 @@ impl EvaluateReport {
 
 fn to_json(report: &impl Serialize) -> Result<String> {
     let text = serde_json::to_string_pretty(report);
-    Ok(text.map_err(|error| Error::Internal { what: error.to_string() })? + "\n")
+    Ok(text.map_err(Error::internal)? + "\n")
 }
 
 /// Most memory that this process has held at once, in bytes.

@@ -53,10 +53,9 @@ impl Picture {
         let (mut png, mut jpeg) = (Vec::new(), Vec::new());
         let encoder =
             PngEncoder::new_with_quality(&mut png, CompressionType::Default, FilterType::Adaptive);
-        let internal = |error: image::ImageError| Error::Internal { what: error.to_string() };
-        pixels.write_with_encoder(encoder).map_err(internal)?;
+        pixels.write_with_encoder(encoder).map_err(Error::internal)?;
         let encoder = JpegEncoder::new_with_quality(&mut jpeg, JPEG_QUALITY);
-        pixels.write_with_encoder(encoder).map_err(internal)?;
+        pixels.write_with_encoder(encoder).map_err(Error::internal)?;
         let (kind, bytes) = if png.len() <= jpeg.len() { ("png", png) } else { ("jpeg", jpeg) };
         let uri = format!("data:image/{kind};base64,{}", STANDARD.encode(bytes));
         Ok(Self { width: pixels.width(), height: pixels.height(), uri })

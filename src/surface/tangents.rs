@@ -51,7 +51,7 @@ impl Corners {
             uvs: &self.wedges.iter().map(uv).collect::<Vec<_>>(),
             triangles: &self.triangles,
         })
-        .map_err(|error| Error::Internal { what: error.to_string() })
+        .map_err(Error::internal)
     }
 }
 

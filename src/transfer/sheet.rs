@@ -192,10 +192,10 @@ impl Sheet<'_> {
         let faces = faces(&self.layout.charts, &worn.meshes);
         let (pairs, faces, outputs) = (&worn.pairs[..], &faces[..], &outputs[..]);
         let job = Job { pairs, faces, size, wrap, is_in_place, outputs };
-        let internal = |error: seamwise_texture::Error| Error::Internal { what: error.to_string() };
-        let Transferred { images, normal_degrees_rms } = transfer(&job, rows).map_err(internal)?;
+        let Transferred { images, normal_degrees_rms } =
+            transfer(&job, rows).map_err(Error::internal)?;
         let fill = |((mut image, validity), output): ((DynamicImage, Validity), &Output<'_>)| {
-            repair(&mut image, output.role, &validity, wrap).map_err(internal)?;
+            repair(&mut image, output.role, &validity, wrap).map_err(Error::internal)?;
             Ok(image)
         };
         let filled = images.into_par_iter().zip(outputs).map(fill).collect::<Result<Vec<_>>>()?;
