@@ -9,6 +9,7 @@
 use std::path::Path;
 
 use libfuzzer_sys::fuzz_target;
+use seamwise::import::options::ReadOptions;
 use seamwise::limit::MemoryLimit;
 use seamwise::repair::options::{Background, RepairOptions};
 use seamwise::repair::repair_bytes;
@@ -17,10 +18,11 @@ use seamwise::repair::repair_bytes;
 const OUTPUTS: [&str; 5] = ["a.png", "a.jpg", "a.webp", "a.tif", "a.hdr"];
 
 fuzz_target!(|bytes: &[u8]| {
+    let memory_limit = MemoryLimit::of_bytes(64 << 20);
     let options = RepairOptions {
         // Nearly no texel has this color, so that nearly all are valid and a file is written.
         background: Background::Color([0.987; 4]),
-        memory_limit: MemoryLimit::of_bytes(64 << 20),
+        reading: ReadOptions { memory_limit, ..ReadOptions::default() },
         ..RepairOptions::default()
     };
     let is_exr = bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]);

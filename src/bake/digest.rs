@@ -14,7 +14,7 @@ use super::input::Input;
 use super::options::BakeOptions;
 use crate::error::{Error, Result};
 use crate::import::named_files;
-use crate::limit::MemoryLimit;
+use crate::import::options::ReadOptions;
 
 /// The hash of an input, baked with `options`, in hexadecimal.
 ///
@@ -23,14 +23,9 @@ use crate::limit::MemoryLimit;
 /// well.
 pub(crate) fn digest(input: Input<'_>, options: &BakeOptions) -> Result<String> {
     // What decides only whether there are outputs.
-    let allow_outside = options.allow_outside;
-    let options = BakeOptions {
-        memory_limit: MemoryLimit::default(),
-        time_limit: None,
-        allow_missing: false,
-        allow_outside: false,
-        ..options.clone()
-    };
+    let allow_outside = options.reading.allow_outside;
+    let options =
+        BakeOptions { reading: ReadOptions::default(), time_limit: None, ..options.clone() };
     let mut hasher = Hasher::new();
     add(&mut hasher, env!("CARGO_PKG_VERSION").as_bytes());
     // Floats are printed with all their digits, and a new option counts without being named here.
@@ -70,6 +65,7 @@ fn add_file(hasher: &mut Hasher, path: &Path) {
 mod tests {
     use super::*;
     use crate::bake::options::Targets;
+    use crate::limit::MemoryLimit;
 
     #[test]
     fn the_input_the_files_it_names_and_the_options_count_and_a_limit_does_not() {
@@ -81,8 +77,9 @@ mod tests {
         let missing = of(&options);
         std::fs::write(&bin, b"1").unwrap();
         let first = of(&options);
-        let limit = MemoryLimit::of_bytes(7);
-        assert_eq!(of(&BakeOptions { memory_limit: limit, ..options.clone() }), first);
+        let memory_limit = MemoryLimit::of_bytes(7);
+        let reading = ReadOptions { memory_limit, ..options.reading };
+        assert_eq!(of(&BakeOptions { reading, ..options.clone() }), first);
         let fewer = of(&BakeOptions { targets: Targets::halves(3), ..options.clone() });
         std::fs::write(&bin, b"2").unwrap();
         let changed = of(&options);

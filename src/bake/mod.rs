@@ -102,10 +102,10 @@ struct Baked {
 
 fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> Result<Baked> {
     let mut clock = Clock { seconds: Seconds::default(), progress };
-    let asset = clock.time("read", |s| &mut s.read, || input.read(options.reading()))?;
+    let asset = clock.time("read", |s| &mut s.read, || input.read(options.reading))?;
     let geometries =
-        clock.time("weld", |s| &mut s.weld, || weld_all(&asset, options.memory_limit))?;
-    let steering = options.steering.resolve(&asset, &geometries, options.memory_limit)?;
+        clock.time("weld", |s| &mut s.weld, || weld_all(&asset, options.reading.memory_limit))?;
+    let steering = options.steering.resolve(&asset, &geometries, options.reading.memory_limit)?;
     let simplify = || simplify_all(&geometries, &steering, options, progress);
     let mut chains = clock.time("simplify", |s| &mut s.simplify, simplify)?;
     if let Some(polish) = &options.polish {
@@ -118,7 +118,7 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
     let (textures, materials) = match (options.textures, &repairs) {
         (Textures::Transfer(transfer), Some(repairs)) => {
             let (surfaces, screen) = (&geometries[..], options.screen);
-            let (images, limit) = (&images[..], options.memory_limit);
+            let (images, limit) = (&images[..], options.reading.memory_limit);
             let origin = Origin { asset: &asset, surfaces, repairs, images, screen, limit };
             let run = || own_textures(&origin, &mut chains, &transfer, progress);
             clock.time("transfer", |s| &mut s.transfer, run)?
@@ -130,14 +130,14 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
     };
     let mut extras = Extras::default();
     if let (Some(repairs), Some(_)) = (repairs, options.report) {
-        let draw = || draw_atlases(&asset, &repairs, options.memory_limit);
+        let draw = || draw_atlases(&asset, &repairs, options.reading.memory_limit);
         extras.atlases = clock.time("report", |s| &mut s.report, draw)?;
     }
     let undressed = Undressed { asset: &asset, geometries: &geometries, chains: &chains };
     let dress = || undressed.dress(textures, options.output.quantizes());
     let dressed = clock.time("write", |s| &mut s.write, dress)?;
     let levels = clock.time("write", |s| &mut s.write, || level_assets(&asset, &dressed))?;
-    let mut cache = TextureCache::with_limit(options.memory_limit);
+    let mut cache = TextureCache::with_limit(options.reading.memory_limit);
     let measure = |options| {
         let measure = || evaluate_all(&asset, &levels, options, &mut cache, progress);
         clock.time("evaluate", |s| &mut s.evaluate, measure)
@@ -146,7 +146,7 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
     if options.report.is_some() {
         let draw = || draw_all(&asset, &levels, &mut cache, progress);
         extras.gallery = Some(clock.time("report", |s| &mut s.report, draw)?);
-        let draw = || draw_worn(&levels, &images, options.memory_limit);
+        let draw = || draw_worn(&levels, &images, options.reading.memory_limit);
         extras.worn = clock.time("report", |s| &mut s.report, draw)?;
     }
     let encode = || {
@@ -168,7 +168,7 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
         seconds: clock.seconds,
         peak_memory_bytes: peak_memory(),
     };
-    Ok(Baked { files, sources: input.named_files(&asset, options.reading()), report, extras })
+    Ok(Baked { files, sources: input.named_files(&asset, options.reading), report, extras })
 }
 
 /// Adds up the wall time of each stage, and ends a bake between two if its time is over.
@@ -214,7 +214,7 @@ fn repair_images(asset: &Asset, options: &BakeOptions) -> Result<Option<Vec<Imag
     match options.textures {
         Textures::Keep => Ok(None),
         Textures::Repair | Textures::Transfer(_) => {
-            repair_all(asset, options.memory_limit).map(Some)
+            repair_all(asset, options.reading.memory_limit).map(Some)
         }
     }
 }

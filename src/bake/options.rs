@@ -9,7 +9,6 @@ use crate::error::{Error, Result};
 use crate::evaluate;
 use crate::export::files::OutputOptions;
 use crate::import::options::ReadOptions;
-use crate::limit::MemoryLimit;
 use crate::screen::Screen;
 use crate::transfer::TransferOptions;
 
@@ -32,16 +31,13 @@ pub struct BakeOptions {
     pub screen: Screen,
     /// Whether a page with charts and pictures is written.
     pub report: Option<ReportOptions>,
-    /// Most memory that each of these may take: decoding one image; all buffers and image files; all
-    /// geometry that is decompressed; all vertices, and all of the scene with its instances.
-    pub memory_limit: MemoryLimit,
+    /// How the asset is read. Its memory limit is also the most that decoding one image may take, all
+    /// vertices, and all of the scene with its instances. Images that may be missing are measured as
+    /// white or flat, and stay named.
+    pub reading: ReadOptions,
     /// How long a bake may take, if not as long as it likes. It is looked at between steps, so a bake
     /// ends late by one at most, and writes nothing.
     pub time_limit: Option<Duration>,
-    /// Whether image files may be missing: they are measured as white or flat, and stay named.
-    pub allow_missing: bool,
-    /// Whether an asset may name files outside its folder; see [`ReadOptions::allow_outside`].
-    pub allow_outside: bool,
     /// In which files the levels are written, and how.
     pub output: OutputOptions,
 }
@@ -54,12 +50,6 @@ pub struct ReportOptions {
 }
 
 impl BakeOptions {
-    /// How the asset is read.
-    pub fn reading(&self) -> ReadOptions {
-        let Self { memory_limit, allow_missing, allow_outside, .. } = *self;
-        ReadOptions { memory_limit, allow_missing, allow_outside }
-    }
-
     /// How the levels are evaluated, with the tolerance that their sizes are reckoned for.
     pub fn evaluation(&self) -> Option<evaluate::Options> {
         let pixel_tolerance = self.screen.pixel_tolerance;
@@ -78,10 +68,8 @@ impl Default for BakeOptions {
             evaluate: Some(evaluate::Options::default()),
             screen: Screen::default(),
             report: None,
-            memory_limit: MemoryLimit::default(),
+            reading: ReadOptions::default(),
             time_limit: None,
-            allow_missing: false,
-            allow_outside: false,
             output: OutputOptions::default(),
         }
     }

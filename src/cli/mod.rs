@@ -201,7 +201,7 @@ impl BakeArgs {
     }
 
     /// What these arguments mean.
-    pub(crate) fn resolve(&self) -> Result<BakeOptions> {
+    pub(crate) fn resolve(&self, common: Common) -> Result<BakeOptions> {
         let screen = Screen {
             field_of_view_degrees: self.field_of_view,
             width: self.screen.0,
@@ -225,11 +225,9 @@ impl BakeArgs {
             evaluate: (!self.no_evaluate).then(evaluate::Options::default),
             screen,
             report: self.report.then_some(ReportOptions { threads: self.threads_report }),
+            reading: self.reading.resolve(common),
             time_limit: self.time_limit,
-            allow_missing: self.reading.allow_missing,
-            allow_outside: self.reading.outside.allow_outside,
             output: self.files.resolve()?,
-            ..BakeOptions::default()
         })
     }
 }

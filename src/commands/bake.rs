@@ -5,7 +5,6 @@ use std::path::Path;
 use anyhow::{Result, bail};
 use serde::Serialize;
 
-use seamwise::bake::options::BakeOptions;
 use seamwise::bake::{self, Input};
 use seamwise::batch::{self, Done, Job, Outcome, find_jobs, refuse_collisions};
 use seamwise::export::disk::write_files;
@@ -38,8 +37,8 @@ struct InputReport {
 
 /// Bakes each input; one that fails does not stop the others. Tells how many failed.
 pub(crate) fn bake(args: &BakeArgs, common: Common, progress: &Progress) -> Result<usize> {
-    let Common { quiet, memory_limit } = common;
-    let options = BakeOptions { memory_limit, ..args.resolve()? };
+    let Common { quiet, .. } = common;
+    let options = args.resolve(common)?;
     if args.inputs.is_empty() {
         let sample = Input::Bytes(include_bytes!("../../data/sample.glb"), "sample");
         let report = bake::bake(sample, &args.output, &options, progress)?;

@@ -3,7 +3,6 @@
 use anyhow::Result;
 
 use seamwise::export::disk::write_files;
-use seamwise::repair::options::RepairOptions;
 use seamwise::repair::repair_file;
 
 use super::console::say;
@@ -11,7 +10,7 @@ use crate::cli::{Common, RepairArgs};
 
 /// Repairs one file.
 pub(crate) fn repair(args: &RepairArgs, common: Common) -> Result<usize> {
-    let options = RepairOptions { memory_limit: common.memory_limit, ..args.resolve() };
+    let options = args.resolve(common.memory_limit);
     let report = repair_file(&args.input, &args.output, &options)?;
     say(common.quiet, &report.to_table())?;
     if let Some(path) = &args.json {

@@ -31,8 +31,8 @@ impl Job<'_> {
         }
         self.expect_seams()?;
         let sources = Sources::read(self.options)?;
-        let mut image =
-            decode(bytes, self.options.memory_limit).map_err(|error| error.in_file(self.input))?;
+        let mut image = decode(bytes, self.options.reading.memory_limit)
+            .map_err(|error| error.in_file(self.input))?;
         let (mut images, mut told) = (Vec::new(), false);
         for layer in &mut image.layer_data {
             let report = self.layer(layer, &sources, &mut told)?;

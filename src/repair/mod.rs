@@ -8,7 +8,7 @@
 //! Guaranteed: valid texels of PNG, WebP, TIFF, HDR and EXR files keep their values, in EXR files
 //! to the bit, and what the file holds beside them comes along; what does not is said. Not
 //! guaranteed: the same texels of JPEGs, which are compressed anew. A damaged file, or one that
-//! claims more memory than [`RepairOptions::memory_limit`], is an error, and nothing is written.
+//! claims more memory than [`RepairOptions::reading`] allows, is an error, and nothing is written.
 
 mod channels;
 mod diff;
@@ -88,7 +88,7 @@ pub fn repair_file(input: &Path, output: &Path, options: &RepairOptions) -> Resu
     let bytes = if is_named(input, &["gltf", "glb"]) {
         std::fs::read(input).map_err(|error| Error::io(input, error))?
     } else {
-        options.memory_limit.read_file(input)?
+        options.reading.memory_limit.read_file(input)?
     };
     let (file, report) = repair_bytes(&bytes, input, output, options)?;
     let mut files = vec![(output.to_owned(), file)];
@@ -159,7 +159,7 @@ impl Job<'_> {
             return Err(Error::Options { what: format!("{}: {what}", self.input.display()) });
         }
         let run = || {
-            let asset = read_bytes_with(bytes, folder_of(self.input), self.options.reading())?;
+            let asset = read_bytes_with(bytes, folder_of(self.input), self.options.reading)?;
             let repairs = repair_all_with(&asset, self.options.for_atlases())?;
             let images = encode_repaired(&asset, &repairs, *encoding)?;
             let report = repairs.iter().map(|repair| {

@@ -10,7 +10,6 @@ use crate::atlas::AtlasOptions;
 use crate::error::{Error, Result};
 use crate::image_file::codec::Encoding;
 use crate::import::options::ReadOptions;
-use crate::limit::MemoryLimit;
 
 /// What tells the valid texels of a picture, and what they mean. An asset knows both by itself.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -36,25 +35,18 @@ pub struct RepairOptions {
     pub diff: Option<PathBuf>,
     /// Whether and how both sides of seams are made to read the same, after the fill.
     pub equalize: Option<equalize::Options>,
-    /// Most memory that decoding one image may take.
-    pub memory_limit: MemoryLimit,
-    /// Whether an asset may name files outside its folder; see [`ReadOptions::allow_outside`].
-    pub allow_outside: bool,
+    /// How an asset is read, and the mesh. Its memory limit is also the most that decoding one image
+    /// may take.
+    pub reading: ReadOptions,
     /// How images are encoded.
     pub encoding: Encoding,
 }
 
 impl RepairOptions {
-    /// How an asset is read.
-    pub(super) fn reading(&self) -> ReadOptions {
-        let Self { memory_limit, allow_outside, .. } = *self;
-        ReadOptions { memory_limit, allow_outside, ..ReadOptions::default() }
-    }
-
     /// What of it is for the images of an asset.
     pub(super) fn for_atlases(&self) -> AtlasOptions {
-        let Self { memory_limit, keep_padding, halvings, equalize, .. } = *self;
-        AtlasOptions { memory_limit, keep_padding, halvings, equalize }
+        let Self { reading, keep_padding, halvings, equalize, .. } = *self;
+        AtlasOptions { memory_limit: reading.memory_limit, keep_padding, halvings, equalize }
     }
 }
 

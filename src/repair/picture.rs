@@ -28,7 +28,7 @@ impl Job<'_> {
             let what = format!("{}: no PNG, but --png is given", self.output.display());
             return Err(Error::Options { what });
         }
-        let mut picture = Picture::decode(bytes, format, self.options.memory_limit)
+        let mut picture = Picture::decode(bytes, format, self.options.reading.memory_limit)
             .map_err(|error| error.in_file(self.input))?;
         let size = [picture.texels.width() as usize, picture.texels.height() as usize];
         let lossy = matches!(format, ImageFormat::Jpeg | ImageFormat::WebP);

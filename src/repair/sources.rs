@@ -35,12 +35,11 @@ impl Sources {
         let charts = options.mesh.as_ref().map(|mesh| {
             let vectors = options.role == Some(Role::Normal);
             let equalize = options.equalize.map(|_| vectors);
-            read_charts(mesh, equalize, options.reading())
-                .map_err(|error| error.in_file(&mesh.file))
+            read_charts(mesh, equalize, options.reading).map_err(|error| error.in_file(&mesh.file))
         });
         let (charts, seams) = charts.transpose()?.unzip();
         let mask = options.mask.as_ref().map(|path| {
-            let luma = Picture::read(path, options.memory_limit)?.texels.to_luma32f();
+            let luma = Picture::read(path, options.reading.memory_limit)?.texels.to_luma32f();
             let [width, height] = [luma.width() as usize, luma.height() as usize];
             let plane = Plane::from_vec(width, height, 1, luma.into_raw());
             Ok::<_, Error>((path.clone(), Validity::from_mask(&plane)))

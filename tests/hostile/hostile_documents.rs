@@ -97,7 +97,7 @@ fn primitives_of_the_same_vertices_count_each_time() {
     assert_refused(result, "/meshes/0/primitives/38: ", "all vertices");
     // A repair has no surface, but charts of the same triangles.
     let [input, output] = ["in.glb", "out.glb"].map(Path::new);
-    let options = RepairOptions { memory_limit: LIMIT, ..RepairOptions::default() };
+    let options = RepairOptions { reading: options(), ..RepairOptions::default() };
     let result = within(60, "charts", move || repair_bytes(&glb, input, output, &options));
     assert_refused(result, "in.glb: /meshes/0/primitives/38: ", "all vertices");
 }

@@ -12,6 +12,7 @@ use exr::prelude::{
     WritableImage, f16,
 };
 use image::ImageFormat;
+use seamwise::import::options::ReadOptions;
 use seamwise::limit::MemoryLimit;
 use seamwise::repair::options::{Background, RepairOptions};
 use seamwise::repair::{repair_bytes, repair_file};
@@ -20,10 +21,14 @@ use seamwise::report::peak_memory;
 /// Most memory that any of these may take beside what they decode to.
 const MOST_BYTES: u64 = 1 << 30;
 
+fn within_bytes(limit: u64) -> ReadOptions {
+    ReadOptions { memory_limit: MemoryLimit::of_bytes(limit), ..ReadOptions::default() }
+}
+
 fn options() -> RepairOptions {
     RepairOptions {
         background: Background::Color([0.987; 4]),
-        memory_limit: MemoryLimit::of_bytes(64 << 20),
+        reading: within_bytes(64 << 20),
         ..RepairOptions::default()
     }
 }
@@ -183,7 +188,7 @@ fn a_bomb_goes_off_only_within_the_limit() {
         let png = files::encoded(&black.into(), ImageFormat::Png);
         assert!(png.len() < 200_000, "{}", png.len());
         let [input, output] = [Path::new("in.png"), Path::new("out.png")];
-        let small = RepairOptions { memory_limit: MemoryLimit::of_bytes(30 << 20), ..options() };
+        let small = RepairOptions { reading: within_bytes(30 << 20), ..options() };
         let error = repair_bytes(&png, input, output, &small).unwrap_err().to_string();
         assert!(error.contains("6000×6000") && error.contains("30MiB"), "{error}");
         // A profile that unpacks to 100 MB.
@@ -274,7 +279,7 @@ fn of_type(exr: &[u8], name: &[u8]) -> Vec<u8> {
 #[test]
 fn the_limit_holds_for_every_format() {
     for (extension, whole) in files::all() {
-        let limited = RepairOptions { memory_limit: MemoryLimit::of_bytes(100), ..options() };
+        let limited = RepairOptions { reading: within_bytes(100), ..options() };
         let output = format!("out.{extension}");
         let repaired = repair_bytes(&whole, Path::new("in.file"), Path::new(&output), &limited);
         let error = repaired.unwrap_err().to_string();

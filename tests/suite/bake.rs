@@ -13,6 +13,7 @@ use seamwise::bake::steering::Steering;
 use seamwise::document::asset::Asset;
 use seamwise::evaluate::load::{TextureCache, load};
 use seamwise::evaluate::{Metrics, Options, Reference};
+use seamwise::import::options::ReadOptions;
 use seamwise::report::BakeReport;
 use serde_json::{Value, json};
 
@@ -524,7 +525,8 @@ fn real_assets_bake() {
         let textures = if name == "popcorn.glb" { Textures::Repair } else { Textures::Keep };
         let start = std::time::Instant::now();
         // One of them lacks a texture.
-        let options = BakeOptions { textures, allow_missing: true, ..unmeasured() };
+        let reading = ReadOptions { allow_missing: true, ..ReadOptions::default() };
+        let options = BakeOptions { textures, reading, ..unmeasured() };
         let result = Baked::input(Input::File(&path), &options);
         let seconds = start.elapsed().as_secs_f64();
         println!(

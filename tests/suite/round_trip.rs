@@ -22,7 +22,7 @@ fn whole(output: OutputOptions) -> BakeOptions {
         targets: Targets::ratios(vec![1.0]).expect("a ratio"),
         textures: Textures::Keep,
         polish: None,
-        allow_missing: true,
+        reading: ReadOptions { allow_missing: true, ..ReadOptions::default() },
         output,
         ..unmeasured()
     }
