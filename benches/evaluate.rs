@@ -8,6 +8,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use seamwise::bake::options::BakeOptions;
 use seamwise::bake::{Input, bake};
 use seamwise::evaluate::camera::Rig;
 use seamwise::evaluate::distance::{SampledSurface, correspond};
@@ -15,9 +16,8 @@ use seamwise::evaluate::load::{TextureCache, load};
 use seamwise::evaluate::render::render_views;
 use seamwise::evaluate::scene::{Mode, Scene};
 use seamwise::evaluate::{Options, Reference};
-use seamwise::options::BakeOptions;
+use seamwise::import::read;
 use seamwise::progress::Progress;
-use seamwise::read::read;
 
 const HELMET: &str =
     concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/assets/pbr/FlightHelmet/FlightHelmet.gltf");

@@ -21,16 +21,17 @@ use std::sync::atomic::AtomicUsize;
 
 use clap::Parser;
 use rayon::prelude::*;
-use seamwise::asset::Asset;
-use seamwise::dress::{LevelTextures, PartTextures};
+use seamwise::document::asset::Asset;
 use seamwise::evaluate::load::{TextureCache, load};
 use seamwise::evaluate::scene::{Material, Scene};
 use seamwise::evaluate::{self, Metrics, Reference};
-use seamwise::geometry::Geometry;
-use seamwise::levels::{DressedLevel, LevelMesh, level_asset};
+use seamwise::export::document::level_asset;
+use seamwise::import::read;
+use seamwise::level::textures::{LevelTextures, PartTextures};
+use seamwise::level::{DressedLevel, LevelMesh};
 use seamwise::limit::MemoryLimit;
-use seamwise::read::read;
-use seamwise::surfaces::weld_all;
+use seamwise::surface::geometry::Geometry;
+use seamwise::surface::group::weld_all;
 use seamwise_attr::{Level, Mesh, Options, Polish, Weights, polish_chain, simplify_chain, weld};
 
 const ASSETS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/assets");

@@ -15,10 +15,10 @@ use clap::Parser;
 use criterion::{BenchmarkId, Criterion, Throughput};
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
-use seamwise::geometry::Geometry;
+use seamwise::import::read;
 use seamwise::limit::MemoryLimit;
-use seamwise::read::read;
-use seamwise::surfaces::weld_all;
+use seamwise::surface::geometry::Geometry;
+use seamwise::surface::group::weld_all;
 use seamwise_attr::{Mesh, Options, Polish, WedgeId, polish_chain, simplify_chain};
 use seamwise_texture::{RepackOptions, Repacked, UvMesh, repack};
 

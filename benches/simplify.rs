@@ -23,9 +23,9 @@ use std::time::{Duration, Instant};
 use criterion::{BatchSize, Criterion, SamplingMode};
 use rayon::ThreadPoolBuilder;
 use rival::Group;
-use seamwise::geometry::Geometry;
-use seamwise::read::read;
+use seamwise::import::read;
 use seamwise::report::peak_memory;
+use seamwise::surface::geometry::Geometry;
 use seamwise_attr::{Level, Mesh, Options, Polish, polish_chain, simplify_chain, weld};
 use sphere::displaced_sphere;
 

@@ -21,8 +21,8 @@ use common::Baked;
 use common::low_poly::prop::color_areas;
 use common::low_poly::{MODELS, Model, extent_kept};
 use common::output::Output;
+use seamwise::bake::options::BakeOptions;
 use seamwise::evaluate;
-use seamwise::options::BakeOptions;
 
 #[derive(Parser)]
 struct Arguments {

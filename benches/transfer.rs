@@ -25,17 +25,18 @@ use common::worn::Pictures;
 use common::{Baked, transferred};
 use criterion::{Criterion, Throughput};
 use image::{ColorType, RgbImage, imageops::FilterType};
-use seamwise::asset::{Asset, EncodedImage};
 use seamwise::atlas::{encode_repaired, repair_all};
 use seamwise::bake::Input;
+use seamwise::bake::options::{BakeOptions, Textures};
+use seamwise::document::asset::Asset;
 use seamwise::evaluate::load::{TextureCache, load};
 use seamwise::evaluate::scene::Scene;
 use seamwise::evaluate::{self, Metrics, Reference};
-use seamwise::images::{Encoding, decode, encode};
-use seamwise::options::{BakeOptions, Textures};
-use seamwise::read::read;
+use seamwise::export::glb::to_glb;
+use seamwise::image_file::codec::{Encoding, decode, encode};
+use seamwise::image_file::encoded::EncodedImage;
+use seamwise::import::read;
 use seamwise::transfer::BakeNormals;
-use seamwise::write::to_glb;
 use seamwise_attr::{Mesh, Options, simplify_chain, weld};
 use seamwise_texture::transfer::{
     Face, Job, Output, Pair, Picture, Reading, Side, Source, transfer,

@@ -70,6 +70,12 @@ impl Error {
         }
     }
 
+    /// An [`Error::Internal`].
+    #[allow(clippy::needless_pass_by_value, reason = "so that map_err takes it by its name")]
+    pub(crate) fn internal(what: impl ToString) -> Self {
+        Self::Internal { what: what.to_string() }
+    }
+
     /// An [`Error::Io`].
     pub(crate) fn io(path: impl Into<PathBuf>, source: std::io::Error) -> Self {
         Self::Io { path: path.into(), source }

@@ -6,13 +6,13 @@ use seamwise_texture::{Footprint, Role};
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::asset::Asset;
+use crate::atlas::charts::Reads;
 use crate::atlas::{Atlas, atlases};
-use crate::charts::Reads;
+use crate::document::asset::Asset;
 use crate::error::{Error, Result};
-use crate::geometry::{Geometry, check_size};
-use crate::images::decode;
+use crate::image_file::codec::decode;
 use crate::limit::MemoryLimit;
+use crate::surface::geometry::{Geometry, check_size};
 
 /// What was found, in schema 1.
 #[derive(Clone, Debug, Serialize)]
@@ -200,7 +200,7 @@ impl Inspection {
     /// [`Error::Internal`] if they can't be written so.
     pub fn to_json(&self) -> Result<String> {
         let text = serde_json::to_string_pretty(self);
-        Ok(text.map_err(|error| Error::Internal { what: error.to_string() })? + "\n")
+        Ok(text.map_err(Error::internal)? + "\n")
     }
 
     /// The findings for people.

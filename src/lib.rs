@@ -7,27 +7,39 @@
 //! path → read → Asset → weld → Mesh → chain → [Level] → polish → textures → write → .glb → evaluate → Report
 //! ```
 //!
-//! - [`read`](mod@read) brings a .gltf or .glb into memory, and an .obj, .ply or .off as if it were
-//!   one. The document stays whole, so what no stage changes survives.
-//! - [`geometry`] welds all triangle primitives of a mesh to one surface of points and wedges;
-//!   [`parts`] turns its levels back into primitives.
-//! - `seamwise_attr` simplifies that surface by a generalized quadric, with attributes in wedges,
-//!   emits every level from one descent, and polishes each: fits it to the source by least squares.
-//! - [`atlas`] finds the texels that no chart covers, and `seamwise_texture` fills them.
-//! - [`transfer`] makes textures for each level, sampled from the source, and [`dress`] puts them into
-//!   documents.
-//! - [`seams`] finds the edges where a surface reads two places of an image, to make both equal.
-//! - [`levels`] puts levels into documents, as small integers if [`quantize`](mod@quantize) is asked
-//!   to; [`output`] makes files of documents, [`write`](mod@write) puts them where they belong.
-//! - [`repair`](mod@repair) fills the atlases of a file and leaves the rest as it is.
+//! What stands where, from top to bottom. A file imports only from what stands below it, and no
+//! files import each other in a circle; a test reads this list and holds both:
+//!
+//! - `commands` does what each subcommand of the binary is for.
+//! - `cli` is what the user typed.
+//! - [`batch`] runs many inputs along a bake.
+//! - [`bake`](mod@bake) is the straight line through all that stand below it, with its options.
+//! - [`repair`] fills the atlases of a file and leaves the rest as it is.
+//! - [`inspect`](mod@inspect) tells what is in a file.
+//! - [`report`] tells what was done as JSON, as a table and as a page.
+//! - [`export`] makes documents of levels and files of documents, and puts these where they belong.
+//! - [`transfer`] makes textures for each level, sampled from the source.
+//! - [`level`] turns a simplified surface back into primitives, as small integers if it is asked to.
 //! - [`evaluate`] measures how far a level is from its source.
-//! - [`report`](mod@report) tells it as JSON, as a table and as a page.
-//! - [`bake`](mod@bake) is the straight line through all of them, [`batch`] runs many inputs along it.
+//! - [`atlas`] finds the texels that no chart covers, and the seams where a surface reads two places
+//!   of an image. `seamwise_texture` fills the texels, and makes both sides of a seam equal.
+//! - [`surface`] welds all triangle primitives of a mesh to one surface of points and wedges.
+//!   `seamwise_attr` simplifies it by a generalized quadric, with attributes in wedges, emits every
+//!   level from one descent, and polishes each: fits it to the source by least squares.
+//! - [`import`] brings a .gltf or .glb into memory, and an .obj, .ply or .off as if it were one. The
+//!   document stays whole, so what no stage changes survives.
+//! - `compression` makes compressed geometry plain, and plain geometry small.
+//! - [`document`] is a glTF in memory: read as what it means, and edited.
+//! - [`image_file`] turns image files into texels and back, with what else they hold.
+//! - [`screen`] is the law of sizes: how large a level may be shown.
+//! - [`progress`] tells how far a stage is, and ends what takes too long.
+//! - [`limit`] bounds the memory that an input may ask for.
+//! - [`error`] tells whose fault it was.
 //!
 //! ```no_run
 //! use std::path::Path;
 //! use seamwise::bake::{Input, bake};
-//! use seamwise::options::BakeOptions;
+//! use seamwise::bake::options::BakeOptions;
 //! use seamwise::progress::Progress;
 //!
 //! let input = Input::File(Path::new("helmet.gltf"));
@@ -36,55 +48,22 @@
 //! # Ok::<(), seamwise::error::Error>(())
 //! ```
 
-pub mod accessor;
-pub mod asset;
 pub mod atlas;
 pub mod bake;
-mod basis;
 pub mod batch;
-mod carry;
-pub mod certificate;
-mod chains;
-pub mod charts;
 mod compression;
-mod digest;
-mod documents;
-pub mod dress;
+pub mod document;
 pub mod error;
 pub mod evaluate;
-mod extensions;
-mod formats;
-pub mod geometry;
-pub mod images;
+pub mod export;
+pub mod image_file;
+pub mod import;
 pub mod inspect;
-mod instances;
-mod join;
-mod layout;
-pub mod levels;
+pub mod level;
 pub mod limit;
-mod metadata;
-mod nodes;
-pub mod options;
-mod order;
-pub mod output;
-mod pack;
-mod palette;
-pub mod parts;
-pub mod primitive;
 pub mod progress;
-mod prune;
-mod quantization;
-pub mod quantize;
-mod reach;
-pub mod read;
 pub mod repair;
 pub mod report;
-pub mod seams;
-mod shared;
-mod skin;
-pub mod steering;
-pub mod surfaces;
-mod tangents;
-pub mod textures;
+pub mod screen;
+pub mod surface;
 pub mod transfer;
-pub mod write;

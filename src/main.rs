@@ -3,7 +3,7 @@
 //! Exit codes: 0 all is well, 1 some inputs failed, 2 nothing could be done.
 
 mod cli;
-mod run;
+mod commands;
 
 use std::process::ExitCode;
 
@@ -22,11 +22,11 @@ fn main() -> ExitCode {
     }
     let progress = if cli.common.quiet { Progress::hidden() } else { Progress::terminal() };
     let result = match &cli.command {
-        cli::Command::Bake(args) => run::bake(args, cli.common, &progress),
-        cli::Command::Repair(args) => run::repair(args, cli.common),
-        cli::Command::Evaluate(args) => run::evaluate(args, cli.common),
-        cli::Command::Select(args) => run::select(args),
-        cli::Command::Inspect(args) => run::inspect(args, cli.common),
+        cli::Command::Bake(args) => commands::bake(args, cli.common, &progress),
+        cli::Command::Repair(args) => commands::repair(args, cli.common),
+        cli::Command::Evaluate(args) => commands::evaluate(args, cli.common),
+        cli::Command::Select(args) => commands::select(args),
+        cli::Command::Inspect(args) => commands::inspect(args, cli.common),
     };
     match result {
         Ok(0) => ExitCode::SUCCESS,

@@ -4,7 +4,7 @@
 //! The first byte chooses the codec. For a view the mode, the filter, the stride and the count, of two
 //! bytes, follow; then the stream.
 //!
-//! `SEAMWISE_CORPUS=fuzz/corpus cargo test --test seeds` makes inputs to start from; then
+//! `SEAMWISE_CORPUS=fuzz/corpus cargo test --test suite seeds` makes inputs to start from; then
 //! `cargo +nightly fuzz run compressed -- -max_total_time=600 -timeout=5 -rss_limit_mb=2048`
 
 #![no_main]

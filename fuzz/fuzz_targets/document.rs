@@ -5,8 +5,8 @@
 //! the container are always right and what changes is the document. A mutator of its own changes
 //! values of the JSON where there is one.
 //!
-//! `SEAMWISE_CORPUS=fuzz/corpus cargo test --test seeds` makes inputs to start from, out of the tests'
-//! assets and those in ../shared/assets, made small; then
+//! `SEAMWISE_CORPUS=fuzz/corpus cargo test --test suite seeds` makes inputs to start from, out of the
+//! tests' assets and those in ../shared/assets, made small; then
 //! `cargo +nightly fuzz run document -- -max_total_time=600 -timeout=5 -rss_limit_mb=2048`
 
 #![no_main]

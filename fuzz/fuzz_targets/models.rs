@@ -3,7 +3,7 @@
 //! The first byte chooses the format. An OBJ with materials is followed by a zero byte and its MTL,
 //! which is written to a file in a folder of its own, where there is a picture `a.bmp` too.
 //!
-//! `SEAMWISE_CORPUS=fuzz/corpus cargo test --test seeds` makes inputs to start from; then
+//! `SEAMWISE_CORPUS=fuzz/corpus cargo test --test suite seeds` makes inputs to start from; then
 //! `cargo +nightly fuzz run models -- -max_total_time=600 -timeout=5 -rss_limit_mb=2048`
 
 #![no_main]

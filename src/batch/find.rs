@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 
 use walkdir::{DirEntry, WalkDir};
 
-use super::Job;
+use super::job::Job;
 use crate::error::{Error, Result};
-use crate::read::folder_of;
+use crate::import::options::folder_of;
 
 /// Extensions of files that are inputs, in small letters.
 const EXTENSIONS: [&str; 5] = ["glb", "gltf", "obj", "off", "ply"];

@@ -5,63 +5,27 @@
 //! a time fill the gaps where a single one waits for its own last part, and take more memory.
 
 mod find;
+mod job;
 mod shard;
 
 use std::any::Any;
 use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use serde_json::Value;
-
+use crate::bake::options::BakeOptions;
 use crate::bake::{Input, bake};
-use crate::digest::digest;
 use crate::error::{Error, Result};
-use crate::options::BakeOptions;
+use crate::export::disk;
 use crate::progress::Progress;
 use crate::report::BakeReport;
-use crate::write;
 
 pub use find::find_jobs;
+pub use job::Job;
 pub use shard::Shard;
-
-/// An input, and where its outputs go.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Job {
-    /// The folder of the outputs.
-    pub folder: PathBuf,
-    /// The file.
-    pub input: PathBuf,
-}
-
-impl Job {
-    /// The files that it writes.
-    pub fn outputs(&self, options: &BakeOptions) -> Vec<PathBuf> {
-        Input::File(&self.input).outputs(&self.folder, options)
-    }
-
-    /// Whether its outputs are all there, and those of this input, these options and this version.
-    fn is_done(&self, options: &BakeOptions) -> bool {
-        let input = Input::File(&self.input);
-        let there = self.outputs(options).iter().all(|path| path.is_file());
-        there
-            && recorded(&input.report(&self.folder)).is_some_and(|(recorded, files)| {
-                // Textures beside a .gltf are told by the report alone.
-                files.iter().all(|file| self.folder.join(file).is_file())
-                    && digest(input, options).is_ok_and(|own| own == recorded)
-            })
-    }
-}
-
-/// The hash that a report holds and the files that it tells of, if it is one.
-fn recorded(report: &Path) -> Option<(String, Vec<String>)> {
-    let report: Value = serde_json::from_slice(&std::fs::read(report).ok()?).ok()?;
-    let files = report["files"].as_array()?.iter().map(|file| file.as_str().map(str::to_owned));
-    Some((report["digest"].as_str()?.to_owned(), files.collect::<Option<_>>()?))
-}
 
 /// Removes what runs that were killed left unnamed where the outputs go.
 fn remove_leftovers(jobs: &[Job]) {
@@ -71,7 +35,7 @@ fn remove_leftovers(jobs: &[Job]) {
     };
     let folders: BTreeSet<PathBuf> =
         jobs.iter().flat_map(|job| [job.folder.clone(), textures(job)]).collect();
-    folders.iter().for_each(|folder| write::remove_leftovers(folder));
+    folders.iter().for_each(|folder| disk::remove_leftovers(folder));
 }
 
 /// How a batch is run.

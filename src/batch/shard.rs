@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use super::Job;
+use super::job::Job;
 
 /// One of several parts of a batch, each of which a process of its own bakes: every input is in
 /// exactly one, and neighbors, which tend to be alike, are in different ones.

@@ -2,6 +2,7 @@
 
 mod batch;
 mod output;
+mod outside;
 mod repair;
 mod steering;
 mod textures;
@@ -13,16 +14,17 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use batch::BatchArgs;
 use output::OutputArgs;
+use outside::OutsideArgs;
 use repair::FootprintArgs;
 pub(crate) use repair::RepairArgs;
-use seamwise::certificate::Screen;
+use seamwise::bake::options::{BakeOptions, BudgetPer, ReportOptions, Targets};
+use seamwise::bake::steering::Steering;
 use seamwise::error::Result;
 use seamwise::evaluate;
 use seamwise::evaluate::scene::Mode;
+use seamwise::import::options::ReadOptions;
 use seamwise::limit::MemoryLimit;
-use seamwise::options::{BakeOptions, BudgetPer, ReportOptions, Targets};
-use seamwise::read::ReadOptions;
-use seamwise::steering::Steering;
+use seamwise::screen::Screen;
 use seamwise_attr::{Placement, Polish};
 use steering::SteeringArgs;
 use textures::TextureArgs;
@@ -157,15 +159,6 @@ pub(crate) struct ReadingArgs {
     outside: OutsideArgs,
 }
 
-/// Which files an asset may name.
-#[derive(Clone, Copy, Debug, Args)]
-pub(crate) struct OutsideArgs {
-    /// Read files that an asset names outside its own folder: by absolute paths, file URIs or `..`.
-    /// Whoever made the asset chose these names, and what they lead to may end up in the output.
-    #[arg(long)]
-    pub(crate) allow_outside: bool,
-}
-
 impl ReadingArgs {
     /// What these arguments mean.
     pub(crate) fn resolve(&self, common: Common) -> ReadOptions {
@@ -208,7 +201,7 @@ impl BakeArgs {
     }
 
     /// What these arguments mean.
-    pub(crate) fn resolve(&self) -> Result<BakeOptions> {
+    pub(crate) fn resolve(&self, common: Common) -> Result<BakeOptions> {
         let screen = Screen {
             field_of_view_degrees: self.field_of_view,
             width: self.screen.0,
@@ -232,11 +225,9 @@ impl BakeArgs {
             evaluate: (!self.no_evaluate).then(evaluate::Options::default),
             screen,
             report: self.report.then_some(ReportOptions { threads: self.threads_report }),
+            reading: self.reading.resolve(common),
             time_limit: self.time_limit,
-            allow_missing: self.reading.allow_missing,
-            allow_outside: self.reading.outside.allow_outside,
             output: self.files.resolve()?,
-            ..BakeOptions::default()
         })
     }
 }

@@ -2,7 +2,7 @@
 
 use clap::{Args, ValueEnum};
 use seamwise::error::{Error, Result};
-use seamwise::output::{Format, Layout, OutputOptions};
+use seamwise::export::files::{Format, Layout, OutputOptions};
 
 /// How the levels are written.
 #[derive(Debug, Args)]

@@ -4,11 +4,13 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use seamwise::images::Encoding;
-use seamwise::repair::{Background, MeshOptions, RepairOptions};
+use seamwise::image_file::codec::Encoding;
+use seamwise::import::options::ReadOptions;
+use seamwise::limit::MemoryLimit;
+use seamwise::repair::options::{Background, MeshOptions, RepairOptions};
 use seamwise_texture::{Footprint, Role, equalize};
 
-use super::OutsideArgs;
+use super::outside::OutsideArgs;
 
 /// `seamwise repair`.
 #[derive(Debug, Args)]
@@ -120,8 +122,9 @@ pub(crate) enum RoleName {
 }
 
 impl RepairArgs {
-    /// What these arguments mean.
-    pub(crate) fn resolve(&self) -> RepairOptions {
+    /// What these arguments mean, with the limit that all jobs share.
+    pub(crate) fn resolve(&self, memory_limit: MemoryLimit) -> RepairOptions {
+        let allow_outside = self.outside.allow_outside;
         let alone = self.mesh.is_none() && self.mask.is_none();
         let default = if alone { Background::Auto } else { Background::None };
         RepairOptions {
@@ -143,8 +146,7 @@ impl RepairArgs {
             keep_padding: self.keep_padding.into(),
             equalize: self.equalize_seams.then(equalize::Options::default),
             encoding: Encoding { quality: self.quality, png: self.png },
-            allow_outside: self.outside.allow_outside,
-            ..RepairOptions::default()
+            reading: ReadOptions { memory_limit, allow_outside, ..ReadOptions::default() },
         }
     }
 }

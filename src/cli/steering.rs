@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 
+use seamwise::bake::steering::{Importance, Order, Steering};
 use seamwise::error::Result;
-use seamwise::steering::{Importance, Order, Steering};
 use seamwise_attr::{Eye, Placement, View};
 
 /// Options of `seamwise bake` that steer the descent.

@@ -2,9 +2,9 @@
 
 use clap::{Args, ValueEnum};
 
+use seamwise::bake::options::Textures;
 use seamwise::error::{Error, Result};
 use seamwise::limit::MemoryLimit;
-use seamwise::options::Textures;
 use seamwise::transfer::{Atlas, BakeNormals, Sizes, TextureFormat, TransferOptions};
 
 /// What becomes of the textures. All but the first are of a transfer.

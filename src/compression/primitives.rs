@@ -17,13 +17,13 @@ use draco_core::{
 use gltf::json::accessor::ComponentType;
 use serde_json::{Map, Value, json};
 
-use super::append;
-use crate::accessor::{self, Elements};
-use crate::asset::Asset;
+use super::append::append;
+use crate::document::accessor::{self, Elements};
+use crate::document::asset::Asset;
+use crate::document::edit::{aligned, bounds};
+use crate::document::extensions::{remove_extension, unlist_extension};
 use crate::error::{Error, Result};
-use crate::extensions::{remove_extension, unlist_extension};
 use crate::limit::{Budget, MemoryLimit};
-use crate::pack::{aligned, bounds};
 
 /// The extension.
 const NAME: &str = "KHR_draco_mesh_compression";

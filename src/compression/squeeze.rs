@@ -9,10 +9,10 @@
 use meshopt::{encode_index_buffer, encode_index_sequence, encode_vertex_buffer_level};
 use serde_json::{Value, json};
 
-use super::by_stride;
-use crate::asset::Asset;
+use super::stride::by_stride;
+use crate::document::asset::Asset;
+use crate::document::extensions::require_extension;
 use crate::error::{Error, Result};
-use crate::extensions::require_extension;
 
 /// The extension.
 const NAME: &str = "EXT_meshopt_compression";
@@ -194,7 +194,7 @@ fn encode(plain: &[u8], own: Use) -> Result<Option<(Vec<u8>, usize)>> {
             None => return Ok(None),
         },
     };
-    let stream = stream.map_err(|error| Error::Internal { what: error.to_string() })?;
+    let stream = stream.map_err(Error::internal)?;
     Ok(Some((stream, stride)))
 }
 
@@ -209,8 +209,8 @@ fn encode_rows<const N: usize>(plain: &[u8]) -> meshopt::Result<Vec<u8>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::accessor;
     use crate::compression::expand;
+    use crate::document::accessor;
     use crate::limit::MemoryLimit;
 
     /// Rows of 12 bytes, the corners of a strip of triangles, a line's indices and a picture.

@@ -6,8 +6,8 @@ use meshopt::{
 };
 use serde::Deserialize;
 
-use super::by_stride;
-use crate::asset::Asset;
+use super::stride::by_stride;
+use crate::document::asset::Asset;
 
 /// What the extension says of a view.
 #[derive(Deserialize)]

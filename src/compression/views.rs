@@ -14,11 +14,11 @@
 
 use serde_json::{Value, json};
 
-use super::append;
+use super::append::append;
 use super::stream::Stream;
-use crate::asset::Asset;
+use crate::document::asset::Asset;
+use crate::document::extensions::{remove_extension, unlist_extension};
 use crate::error::{Error, Result};
-use crate::extensions::{remove_extension, unlist_extension};
 use crate::limit::{Budget, MemoryLimit};
 
 /// The names of the extension.

@@ -10,15 +10,16 @@ use seamwise_attr::{TangentInput, compute_tangents};
 use seamwise_texture::{Encoding, Mips, Role};
 use serde_json::Value;
 
-use crate::asset::{Asset, EncodedImage};
+use crate::document::asset::Asset;
+use crate::document::instances::instances;
+use crate::document::material::{TextureSlot, parse_or, slots};
+use crate::document::nodes::world_nodes;
+use crate::document::primitive::Primitive;
 use crate::error::{Error, Result};
 use crate::evaluate::scene::{Alpha, Material, Scene, TextureRef};
-use crate::images::decode;
-use crate::instances::instances;
+use crate::image_file::codec::decode;
+use crate::image_file::encoded::EncodedImage;
 use crate::limit::{Budget, MemoryLimit};
-use crate::nodes::world_nodes;
-use crate::primitive::Primitive;
-use crate::textures::{TextureSlot, parse_or, slots};
 
 /// Decoded textures, kept so that assets which share an image decode it once.
 #[derive(Default)]
@@ -66,8 +67,7 @@ fn neutral(role: Role) -> Result<Mips> {
         Role::Normal => [128, 128, 255, 255],
         Role::Color | Role::Data => [255; 4],
     };
-    Mips::from_rgba8(1, 1, &texel, Encoding::Linear)
-        .map_err(|error| Error::Internal { what: error.to_string() })
+    Mips::from_rgba8(1, 1, &texel, Encoding::Linear).map_err(Error::internal)
 }
 
 /// Flattens the default scene of an asset to world space. A skinned mesh stands in its bind pose,
@@ -225,7 +225,7 @@ impl Soup {
             uvs: &self.uvs[normal_map.uv_set],
             triangles: &self.triangles,
         })
-        .map_err(|error| Error::Internal { what: error.to_string() })
+        .map_err(Error::internal)
     }
 }
 

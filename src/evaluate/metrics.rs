@@ -1,9 +1,12 @@
 //! The figures of a comparison.
+//!
+//! Where a candidate takes over, at the largest size at which it may be shown, nobody looks at it in
+//! frames of 512 pixels; the same cameras with frames in which the diagonal spans that size show it,
+//! and the reference, as people see them.
 
 use serde::Serialize;
 
 use super::distance::Distances;
-use super::switch::AtSwitch;
 
 /// How far a candidate is from its reference. Distances are over the diagonal of the reference's
 /// bounding box.
@@ -99,4 +102,20 @@ impl Way {
             distance_max: distances.max / diagonal,
         }
     }
+}
+
+/// How a candidate looks at its largest size; at the rig's own where that is less, which then gives
+/// the figures of the rig.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct AtSwitch {
+    /// What the reference's diagonal spans, in pixels.
+    pub pixels: f64,
+    /// Pixels along each side of a view.
+    pub resolution: usize,
+    /// As [`Metrics::rms_luminance`].
+    pub rms_luminance: f64,
+    /// As [`Metrics::rms_luminance_srgb`].
+    pub rms_luminance_srgb: f64,
+    /// As [`Metrics::ssim`].
+    pub ssim: f64,
 }

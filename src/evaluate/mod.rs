@@ -21,23 +21,22 @@ mod seams;
 mod shade;
 pub mod sheet;
 pub mod similarity;
-pub mod switch;
 mod views;
 pub mod volume;
 pub mod wireframe;
 
 use crate::error::{Error, Result};
+use crate::screen::largest_size;
 use appearance::compare_appearance;
 use camera::Rig;
 use distance::{SampledSurface, correspond};
 use looks::count_foldovers;
 use scene::{Mode, Scene};
 use seams::seam_bands;
-use switch::{AtSwitch, largest_size};
 use views::{Seen, Views};
 use volume::{Measures, Soundness, check_soundness, measure};
 
-pub use metrics::{Metrics, ViewMetrics, Way};
+pub use metrics::{AtSwitch, Metrics, ViewMetrics, Way};
 
 /// How thoroughly to look.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,7 +47,8 @@ pub struct Options {
     pub resolution: usize,
     /// Samples on each surface.
     pub samples: usize,
-    /// How many pixels a surface may be off where a candidate takes over; see [`switch`].
+    /// How many pixels a surface may be off where a candidate takes over; see
+    /// [`screen`](crate::screen).
     pub pixel_tolerance: f64,
 }
 

@@ -13,7 +13,7 @@ use super::raster::{NONE, SAMPLES, View};
 use super::render::find_visible;
 use super::scene::{Mode, Scene};
 use super::shade::Shader;
-use crate::seams::{Side, same_edge, sides_by_edge};
+use crate::surface::edges::{Side, same_edge, sides_by_edge};
 
 /// Half the width of the band: what a bilinear tap reaches at the mip level of a pixel, and as much
 /// again for trilinear filtering.

@@ -105,12 +105,14 @@ impl Similarity {
         let Some(rect) = Rect::around(&covered, reference.width) else {
             return Ok(Self::default());
         };
-        let internal = |error: iqa::Error| Error::Internal { what: error.to_string() };
         let signal = |tones: &Tones| {
             Signal::gray16(rect.width as u32, rect.height as u32, tones.crop(&rect))
         };
-        let (a, b) = (signal(reference).map_err(internal)?, signal(candidate).map_err(internal)?);
-        let mean = ssim(&a, &b, SsimOptions::default()).map_err(internal)?;
+        let (a, b) = (
+            signal(reference).map_err(Error::internal)?,
+            signal(candidate).map_err(Error::internal)?,
+        );
+        let mean = ssim(&a, &b, SsimOptions::default()).map_err(Error::internal)?;
         // A window of background alone has a similarity of exactly 1.
         let all = (rect.width + 1 - WINDOW) * (rect.height + 1 - WINDOW);
         let empty = all - rect.count_windows(&covered, reference.width, reference.height);

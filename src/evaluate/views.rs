@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::camera::Rig;
 use super::luminance::Difference;
-use super::metrics::ViewMetrics;
+use super::metrics::{AtSwitch, ViewMetrics};
 use super::render::{Image, render_views};
 use super::scene::{Mode, Scene};
 use super::similarity::{Similarity, Tones};
@@ -65,6 +65,18 @@ impl Seen {
             rms_luminance_srgb_covered: difference.rms_covered_srgb(),
             ssim: similarity.mean(),
             silhouette_iou: difference.overlap(),
+        }
+    }
+}
+
+impl AtSwitch {
+    pub(super) fn new(pixels: f64, resolution: usize, seen: &Seen) -> Self {
+        Self {
+            pixels,
+            resolution,
+            rms_luminance: seen.difference.rms(),
+            rms_luminance_srgb: seen.difference.rms_srgb(),
+            ssim: seen.similarity.mean(),
         }
     }
 }

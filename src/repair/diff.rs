@@ -5,9 +5,9 @@ use image::{DynamicImage, Luma, Rgb, RgbImage};
 use seamwise_texture::Validity;
 use seamwise_texture::color::{linear_to_srgb8, luminance};
 
-use crate::asset::ImageFormat;
 use crate::error::Result;
-use crate::images::encode;
+use crate::image_file::codec::encode;
+use crate::image_file::encoded::ImageFormat;
 
 /// How bright kept texels are, of their own gray.
 const DIM: f32 = 0.4;

@@ -9,17 +9,18 @@
 //! Guaranteed: no NaN or infinity is left in a channel that has one valid sample; valid samples
 //! keep their bits, f16 or f32.
 
-use exr::prelude::{FlatSamples, SampleType, Vec2, f16};
-use image::{DynamicImage, Rgb32FImage};
+use exr::prelude::{FlatSamples, Vec2, f16};
+use image::DynamicImage;
 use seamwise_texture::equalize::{Equalized, Options, Seam, equalize_plane};
 use seamwise_texture::{Outcome, Part, Plane, Role, Validity, agreeing_padding, fill_holes};
 
-use super::exr_file::{AnyLayer, Channel, LOSSLESS, decode, encode, loses, sample_type};
-use super::report::{ImageReport, RepairReport};
+use super::channels::{group_picture, groups, is_integer, pictured};
 use super::smaller::{scale_layer, scale_window};
 use super::sources::Sources;
 use super::{Job, WRAP, padding_note};
 use crate::error::{Error, Result};
+use crate::image_file::exr::{AnyLayer, Channel, LOSSLESS, decode, encode, loses};
+use crate::report::repair::{ImageReport, RepairReport};
 
 impl Job<'_> {
     pub(super) fn exr(&self, bytes: &[u8]) -> Result<(Vec<u8>, RepairReport)> {
@@ -30,8 +31,8 @@ impl Job<'_> {
         }
         self.expect_seams()?;
         let sources = Sources::read(self.options)?;
-        let mut image =
-            decode(bytes, self.options.memory_limit).map_err(|error| error.in_file(self.input))?;
+        let mut image = decode(bytes, self.options.reading.memory_limit)
+            .map_err(|error| error.in_file(self.input))?;
         let (mut images, mut told) = (Vec::new(), false);
         for layer in &mut image.layer_data {
             let report = self.layer(layer, &sources, &mut told)?;
@@ -111,26 +112,6 @@ impl Job<'_> {
     }
 }
 
-fn is_integer(channel: &Channel) -> bool {
-    sample_type(channel) == SampleType::U32
-}
-
-/// Channels that are filled together, as indices into the layer's.
-fn groups(channels: &[Channel]) -> Vec<Vec<usize>> {
-    let mut groups: Vec<(Option<String>, Vec<usize>)> = Vec::new();
-    for (index, channel) in channels.iter().enumerate().filter(|(_, channel)| !is_integer(channel))
-    {
-        let name = channel.name.to_string();
-        let (prefix, own) = name.rsplit_once('.').unwrap_or(("", &name));
-        let color = matches!(own, "R" | "G" | "B").then(|| prefix.to_owned());
-        match groups.iter_mut().find(|(known, _)| color.is_some() && *known == color) {
-            Some((_, group)) => group.push(index),
-            None => groups.push((color, vec![index])),
-        }
-    }
-    groups.into_iter().map(|(_, group)| group).collect()
-}
-
 /// The layer as a picture, to look for its background: its first three color channels, or its only
 /// one of floats thrice.
 fn picture(layer: &AnyLayer) -> Option<DynamicImage> {
@@ -140,27 +121,6 @@ fn picture(layer: &AnyLayer) -> Option<DynamicImage> {
         (Some(group), _) | (None, [group]) => group_picture(layer, group),
         _ => None,
     }
-}
-
-/// Groups of three channels, and all other channels on their own.
-pub(super) fn pictured(channels: &[Channel]) -> Vec<Vec<usize>> {
-    let split = |group: Vec<usize>| match group.len() {
-        3 => vec![group],
-        _ => group.into_iter().map(|channel| vec![channel]).collect(),
-    };
-    groups(channels).into_iter().flat_map(split).collect()
-}
-
-/// Channels as a picture: three colors, or the first of others thrice.
-pub(super) fn group_picture(layer: &AnyLayer, group: &[usize]) -> Option<DynamicImage> {
-    let channels = &layer.channel_data.list;
-    // Channels are in the order of their names: B, G, R.
-    let [b, g, r] = group.try_into().unwrap_or([group[0]; 3]);
-    let sample = |channel: usize, texel| channels[channel].sample_data.value_by_flat_index(texel);
-    let texel = |texel| [r, g, b].map(|channel| sample(channel, texel).to_f32());
-    let samples = (0..layer.size.area()).flat_map(texel).collect();
-    let size = [layer.size.0, layer.size.1].map(|size| size as u32);
-    Rgb32FImage::from_raw(size[0], size[1], samples).map(DynamicImage::ImageRgb32F)
 }
 
 /// The padding in up to `rings` rings around the valid texels that agrees with them in all
@@ -302,9 +262,11 @@ fn fill_group(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::image_file::exr::sample_type;
+    use crate::image_file::exr::tests::{SIZE, sample};
     use crate::limit::MemoryLimit;
-    use crate::repair::exr_file::tests::{SIZE, sample};
-    use crate::repair::{Background, RepairOptions, repair_file};
+    use crate::repair::options::{Background, RepairOptions};
+    use crate::repair::repair_file;
     use exr::prelude::{Compression, FlatImage};
     use std::path::Path;
 

@@ -8,137 +8,38 @@
 //! Guaranteed: valid texels of PNG, WebP, TIFF, HDR and EXR files keep their values, in EXR files
 //! to the bit, and what the file holds beside them comes along; what does not is said. Not
 //! guaranteed: the same texels of JPEGs, which are compressed anew. A damaged file, or one that
-//! claims more memory than [`RepairOptions::memory_limit`], is an error, and nothing is written.
+//! claims more memory than [`RepairOptions::reading`] allows, is an error, and nothing is written.
 
+mod channels;
 mod diff;
-mod exr_file;
 mod layers;
+pub mod options;
 mod picture;
-pub(crate) mod picture_file;
-mod report;
 mod smaller;
 mod sources;
-mod tiff_file;
 
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
 use image::{DynamicImage, ImageFormat};
-use seamwise_texture::equalize;
-use seamwise_texture::{Footprint, Role, Validity, Wrap};
+use seamwise_texture::{Validity, Wrap};
 use serde_json::Value;
 
-use crate::asset::{self, Asset, EncodedImage};
-use crate::atlas::{AtlasOptions, ImageRepair, encode_repaired, repair_all_with};
+use crate::atlas::{ImageRepair, encode_repaired, repair_all_with};
+use crate::document::asset::Asset;
 use crate::error::{Error, Result};
-use crate::images::{Encoding, detect_format};
-use crate::limit::MemoryLimit;
-use crate::metadata::png_widening;
-use crate::read::{ReadOptions, folder_of, read_bytes_with};
-use crate::write::{refuse_overwriting, to_glb, write_files};
-
-pub use report::{ImageReport, RepairReport};
+use crate::export::disk::{refuse_overwriting, write_files};
+use crate::export::glb::to_glb;
+use crate::image_file::codec::{Encoding, detect_format};
+use crate::image_file::encoded::{self, EncodedImage};
+use crate::image_file::metadata::png_widening;
+use crate::image_file::picture::{LOSSLESSLY, reencoded};
+use crate::import::options::folder_of;
+use crate::import::read_bytes_with;
+use crate::report::repair::{ImageReport, RepairReport};
+use options::{Background, RepairOptions};
 
 /// How a picture is read beyond its edges, as nothing tells otherwise.
 const WRAP: [Wrap; 2] = [Wrap::Repeat; 2];
-
-/// What tells the valid texels of a picture, and what they mean. An asset knows both by itself.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct RepairOptions {
-    /// A mesh that wears the picture.
-    pub mesh: Option<MeshOptions>,
-    /// A picture of the same size that is bright (luma above one half) where texels are valid.
-    pub mask: Option<PathBuf>,
-    /// The color around the charts.
-    pub background: Background,
-    /// What the texels mean; [`Role::Color`] if not given. An EXR's channels are filled as they are
-    /// stored, whatever they mean.
-    pub role: Option<Role>,
-    /// How many rings of texels around the valid ones stay if they agree with them; see
-    /// [`seamwise_texture::agreeing_padding`].
-    pub keep_padding: usize,
-    /// How often the result is halved, each texel the mean of valid ones; see
-    /// [`seamwise_texture::scale_down`].
-    pub halvings: u32,
-    /// What counts as read in the report.
-    pub footprint: Footprint,
-    /// A .png to draw what was filled in; see [`repair_file`].
-    pub diff: Option<PathBuf>,
-    /// Whether and how both sides of seams are made to read the same, after the fill.
-    pub equalize: Option<equalize::Options>,
-    /// Most memory that decoding one image may take.
-    pub memory_limit: MemoryLimit,
-    /// Whether an asset may name files outside its folder; see [`ReadOptions::allow_outside`].
-    pub allow_outside: bool,
-    /// How images are encoded.
-    pub encoding: Encoding,
-}
-
-impl RepairOptions {
-    /// How an asset is read.
-    fn reading(&self) -> ReadOptions {
-        let Self { memory_limit, allow_outside, .. } = *self;
-        ReadOptions { memory_limit, allow_outside, ..ReadOptions::default() }
-    }
-
-    /// What of it is for the images of an asset.
-    fn for_atlases(&self) -> AtlasOptions {
-        let Self { memory_limit, keep_padding, halvings, equalize, .. } = *self;
-        AtlasOptions { memory_limit, keep_padding, halvings, equalize }
-    }
-}
-
-/// The mesh that wears a picture: all triangle primitives of a glTF file, wherever its nodes put
-/// them.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct MeshOptions {
-    /// The .glb or .gltf file.
-    pub file: PathBuf,
-    /// The UV set that lays the charts out, read without `KHR_texture_transform`.
-    pub uv_set: usize,
-    /// Only meshes of this name, or that a node of this name shows. Where each mesh of a file has a
-    /// picture of its own, as with lightmaps, their charts overlap, and one must be chosen.
-    pub name: Option<String>,
-}
-
-/// Whether texels of a background color are invalid.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Background {
-    /// If the picture seems to have one, that; see [`seamwise_texture::detect_background`].
-    #[default]
-    Auto,
-    /// Texels of this color: RGBA as stored, 0…1.
-    Color([f32; 4]),
-    /// The color says nothing.
-    None,
-}
-
-impl FromStr for Background {
-    type Err = Error;
-
-    /// Reads `auto`, `none`, `#rrggbb` (opaque) or `#rrggbbaa`.
-    fn from_str(text: &str) -> Result<Self> {
-        let color = || {
-            let digits = text
-                .strip_prefix('#')
-                .filter(|digits| digits.bytes().all(|b| b.is_ascii_hexdigit()))?;
-            let byte = |at: usize| u8::from_str_radix(digits.get(at..at + 2)?, 16).ok();
-            let alpha = match digits.len() {
-                6 => 255,
-                8 => byte(6)?,
-                _ => return None,
-            };
-            Some([byte(0)?, byte(2)?, byte(4)?, alpha].map(|byte| f32::from(byte) / 255.0))
-        };
-        match text {
-            "auto" => Ok(Self::Auto),
-            "none" => Ok(Self::None),
-            _ => color().map(Self::Color).ok_or_else(|| Error::Options {
-                what: format!("{text} is neither auto, none nor a color like #ff00ff"),
-            }),
-        }
-    }
-}
 
 /// What a file is, whatever it is called.
 enum Kind {
@@ -187,7 +88,7 @@ pub fn repair_file(input: &Path, output: &Path, options: &RepairOptions) -> Resu
     let bytes = if is_named(input, &["gltf", "glb"]) {
         std::fs::read(input).map_err(|error| Error::io(input, error))?
     } else {
-        options.memory_limit.read_file(input)?
+        options.reading.memory_limit.read_file(input)?
     };
     let (file, report) = repair_bytes(&bytes, input, output, options)?;
     let mut files = vec![(output.to_owned(), file)];
@@ -258,7 +159,7 @@ impl Job<'_> {
             return Err(Error::Options { what: format!("{}: {what}", self.input.display()) });
         }
         let run = || {
-            let asset = read_bytes_with(bytes, folder_of(self.input), self.options.reading())?;
+            let asset = read_bytes_with(bytes, folder_of(self.input), self.options.reading)?;
             let repairs = repair_all_with(&asset, self.options.for_atlases())?;
             let images = encode_repaired(&asset, &repairs, *encoding)?;
             let report = repairs.iter().map(|repair| {
@@ -303,11 +204,11 @@ fn asset_image(asset: &Asset, repair: &ImageRepair, options: &RepairOptions) -> 
 /// What is to be said about the encoding of an asset's image that was repaired.
 fn encoding_notes(before: &EncodedImage, encoding: Encoding) -> Vec<String> {
     let note = match before.format {
-        asset::ImageFormat::Png => png_widening(&before.bytes),
-        asset::ImageFormat::Ktx2 => Some("it becomes a PNG".to_owned()),
+        encoded::ImageFormat::Png => png_widening(&before.bytes),
+        encoded::ImageFormat::Ktx2 => Some("it becomes a PNG".to_owned()),
         _ if encoding.png => Some("it becomes a PNG".to_owned()),
-        asset::ImageFormat::Jpeg => Some(reencoded(encoding.quality)),
-        asset::ImageFormat::WebP => Some(LOSSLESSLY.to_owned()),
+        encoded::ImageFormat::Jpeg => Some(reencoded(encoding.quality)),
+        encoded::ImageFormat::WebP => Some(LOSSLESSLY.to_owned()),
     };
     note.into_iter().collect()
 }
@@ -317,29 +218,9 @@ fn padding_note(texels: usize) -> Option<String> {
     (texels > 0).then(|| format!("{texels} texels of its padding are kept"))
 }
 
-/// What is to be said about a WebP.
-const LOSSLESSLY: &str = "it is written losslessly";
-
-/// What is to be said about a JPEG.
-fn reencoded(quality: u8) -> String {
-    format!("it is encoded anew at quality {quality}")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_background_is_read_as_it_is_typed() {
-        let read = |text: &str| text.parse::<Background>();
-        assert_eq!(read("auto").unwrap(), Background::Auto);
-        assert_eq!(read("none").unwrap(), Background::None);
-        assert_eq!(read("#FF0033").unwrap(), Background::Color([1.0, 0.0, 0.2, 1.0]));
-        assert_eq!(read("#ff003300").unwrap(), Background::Color([1.0, 0.0, 0.2, 0.0]));
-        for text in ["", "#", "ff00ff", "#ff00f", "#ff00ff0", "#gg00ff", "#äöü", "#+1+1+1"] {
-            assert!(read(text).is_err(), "{text}");
-        }
-    }
 
     #[test]
     fn no_input_is_overwritten_and_no_output_is_called_what_it_is_not() {

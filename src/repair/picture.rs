@@ -4,11 +4,11 @@ use image::ImageFormat;
 use seamwise_texture::equalize::{Options, Seam, equalize};
 use seamwise_texture::{keep_padding, repair, scale_down};
 
-use super::picture_file::Picture;
-use super::report::{ImageReport, RepairReport};
 use super::sources::Sources;
 use super::{Job, WRAP, padding_note};
 use crate::error::{Error, Result};
+use crate::image_file::picture::Picture;
+use crate::report::repair::{ImageReport, RepairReport};
 
 /// How far a texel may be from the background color: half a step of 8 bits where files keep their
 /// texels, three steps and a half where a lossy codec may have changed them.
@@ -28,7 +28,7 @@ impl Job<'_> {
             let what = format!("{}: no PNG, but --png is given", self.output.display());
             return Err(Error::Options { what });
         }
-        let mut picture = Picture::decode(bytes, format, self.options.memory_limit)
+        let mut picture = Picture::decode(bytes, format, self.options.reading.memory_limit)
             .map_err(|error| error.in_file(self.input))?;
         let size = [picture.texels.width() as usize, picture.texels.height() as usize];
         let lossy = matches!(format, ImageFormat::Jpeg | ImageFormat::WebP);
@@ -105,7 +105,8 @@ impl Job<'_> {
 mod tests {
     use super::*;
     use crate::limit::MemoryLimit;
-    use crate::repair::{Background, RepairOptions, repair_file};
+    use crate::repair::options::{Background, RepairOptions};
+    use crate::repair::repair_file;
     use image::{ColorType, DynamicImage, GrayImage, Luma};
     use std::path::{Path, PathBuf};
 

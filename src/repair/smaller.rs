@@ -3,8 +3,8 @@
 use exr::prelude::{FlatImage, FlatSamples, Vec2, f16};
 use seamwise_texture::{Role, Validity, scale_down};
 
-use super::exr_file::AnyLayer;
-use super::layers::{group_picture, pictured};
+use super::channels::{group_picture, pictured};
+use crate::image_file::exr::AnyLayer;
 
 /// Scales a layer down by 2 to the power of `halvings`; texels into which nothing valid went become
 /// NaN, channel by channel or color by color. Channels are of floats.

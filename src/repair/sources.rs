@@ -8,15 +8,17 @@ use seamwise_texture::equalize::{self, Seam};
 use seamwise_texture::{Footprint, Plane, Role, Validity, detect_background};
 use serde_json::Value;
 
-use super::picture_file::Picture;
-use super::{Background, MeshOptions, RepairOptions, WRAP};
-use crate::asset::Asset;
-use crate::charts::{Charts, Reads};
+use super::WRAP;
+use super::options::{Background, MeshOptions, RepairOptions};
+use crate::atlas::charts::{Charts, Reads};
+use crate::atlas::seams::Surface;
+use crate::document::asset::Asset;
+use crate::document::primitive::Primitive;
 use crate::error::{Error, Result};
-use crate::geometry::check_size;
-use crate::primitive::Primitive;
-use crate::read::{ReadOptions, read_geometry};
-use crate::seams::Surface;
+use crate::image_file::picture::Picture;
+use crate::import::options::ReadOptions;
+use crate::import::read_geometry;
+use crate::surface::geometry::check_size;
 
 /// The mesh, the mask and the background, read.
 pub(super) struct Sources {
@@ -33,12 +35,11 @@ impl Sources {
         let charts = options.mesh.as_ref().map(|mesh| {
             let vectors = options.role == Some(Role::Normal);
             let equalize = options.equalize.map(|_| vectors);
-            read_charts(mesh, equalize, options.reading())
-                .map_err(|error| error.in_file(&mesh.file))
+            read_charts(mesh, equalize, options.reading).map_err(|error| error.in_file(&mesh.file))
         });
         let (charts, seams) = charts.transpose()?.unzip();
         let mask = options.mask.as_ref().map(|path| {
-            let luma = Picture::read(path, options.memory_limit)?.texels.to_luma32f();
+            let luma = Picture::read(path, options.reading.memory_limit)?.texels.to_luma32f();
             let [width, height] = [luma.width() as usize, luma.height() as usize];
             let plane = Plane::from_vec(width, height, 1, luma.into_raw());
             Ok::<_, Error>((path.clone(), Validity::from_mask(&plane)))

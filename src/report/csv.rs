@@ -11,35 +11,30 @@ use crate::evaluate::Metrics;
 pub(super) fn to_csv<'a, R: Serialize + 'a>(
     records: impl Iterator<Item = (&'a R, &'a Option<Metrics>)>,
 ) -> Result<String> {
-    let internal = |error: String| Error::Internal { what: error };
     let mut writer = csv::Writer::from_writer(Vec::new());
     for (index, (record, metrics)) in records.enumerate() {
         // Columns are those of a record with metrics, whether this one has them or not.
         let mut fields = Vec::new();
-        flatten(
-            "",
-            &serde_json::to_value(record).map_err(|e| internal(e.to_string()))?,
-            &mut fields,
-        );
+        flatten("", &serde_json::to_value(record).map_err(Error::internal)?, &mut fields);
         fields.retain(|(name, _)| {
             !["metrics", "views"].contains(&name.as_str()) && !name.starts_with("metrics.")
         });
         let figures = serde_json::to_value(metrics.unwrap_or_default());
         let mut measured = Vec::new();
-        flatten("", &figures.map_err(|e| internal(e.to_string()))?, &mut measured);
+        flatten("", &figures.map_err(Error::internal)?, &mut measured);
         if metrics.is_none() {
             measured.iter_mut().for_each(|(_, figure)| figure.clear());
         }
         fields.extend(measured);
         if index == 0 {
             let names = fields.iter().map(|(name, _)| name);
-            writer.write_record(names).map_err(|e| internal(e.to_string()))?;
+            writer.write_record(names).map_err(Error::internal)?;
         }
         let row = fields.iter().map(|(_, figure)| figure);
-        writer.write_record(row).map_err(|e| internal(e.to_string()))?;
+        writer.write_record(row).map_err(Error::internal)?;
     }
-    let bytes = writer.into_inner().map_err(|e| internal(e.to_string()))?;
-    String::from_utf8(bytes).map_err(|e| internal(e.to_string()))
+    let bytes = writer.into_inner().map_err(Error::internal)?;
+    String::from_utf8(bytes).map_err(Error::internal)
 }
 
 /// The leaves of a JSON value with their paths, joined by dots.

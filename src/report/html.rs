@@ -195,7 +195,7 @@ fn charted_metrics(candidate: &CandidateReport) -> Option<&Metrics> {
 }
 
 fn render(page: &Page<'_>) -> Result<String> {
-    page.render().map_err(|error| Error::Internal { what: error.to_string() })
+    page.render().map_err(Error::internal)
 }
 
 impl<'a> Page<'a> {

@@ -4,8 +4,8 @@ use seamwise_attr::{Level, Mesh};
 use serde::Serialize;
 
 use super::table::align;
-use crate::asset::Asset;
-use crate::geometry::Geometry;
+use crate::document::asset::Asset;
+use crate::surface::geometry::Geometry;
 
 /// Meshes that the table has room for; all of them are in the JSON.
 const MOST_ROWS: usize = 24;

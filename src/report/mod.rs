@@ -6,6 +6,7 @@ mod figures;
 pub mod html;
 mod meshes;
 pub mod pictures;
+pub mod repair;
 mod table;
 pub mod threads;
 mod ticks;
@@ -13,11 +14,11 @@ pub mod worn;
 
 use serde::Serialize;
 
-use crate::certificate::Screen;
 use crate::error::{Error, Result};
 use crate::evaluate::camera::{Camera, Rig};
 use crate::evaluate::scene::Mode;
 use crate::evaluate::{Metrics, ViewMetrics};
+use crate::screen::Screen;
 use crate::transfer::MaterialTextures;
 use meshes::mesh_table;
 use table::{COLUMNS, header, row};
@@ -98,7 +99,7 @@ pub struct LevelReport {
     /// Why not, if it was not.
     pub why: Option<String>,
     /// The largest size at which it may be shown, in pixels that the diagonal of the source's
-    /// bounding box spans, if it was evaluated; see [`crate::certificate`]. `None` also where the
+    /// bounding box spans, if it was evaluated; see [`crate::export::certificate`]. `None` also where the
     /// level has no error at all.
     pub largest_size_pixels: Option<f64>,
     /// How far it is from the source, if it was evaluated.
@@ -370,7 +371,7 @@ impl EvaluateReport {
 
 fn to_json(report: &impl Serialize) -> Result<String> {
     let text = serde_json::to_string_pretty(report);
-    Ok(text.map_err(|error| Error::Internal { what: error.to_string() })? + "\n")
+    Ok(text.map_err(Error::internal)? + "\n")
 }
 
 /// Most memory that this process has held at once, in bytes.

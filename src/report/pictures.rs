@@ -9,15 +9,15 @@ use image::{DynamicImage, RgbImage};
 use rayon::prelude::*;
 use seamwise_texture::{Footprint, MipReads, Role, Validity};
 
-use crate::asset::Asset;
 use crate::atlas::{ImageRepair, LeftAlone, Repaired};
+use crate::document::asset::Asset;
 use crate::error::{Error, Result};
 use crate::evaluate::camera::Rig;
 use crate::evaluate::heat::difference_map;
 use crate::evaluate::render::{Image, render_views};
 use crate::evaluate::scene::{Mode, Scene};
 use crate::evaluate::wireframe::draw_wireframe;
-use crate::images::decode;
+use crate::image_file::codec::decode;
 use crate::limit::MemoryLimit;
 
 /// Views of a scene.
@@ -53,10 +53,9 @@ impl Picture {
         let (mut png, mut jpeg) = (Vec::new(), Vec::new());
         let encoder =
             PngEncoder::new_with_quality(&mut png, CompressionType::Default, FilterType::Adaptive);
-        let internal = |error: image::ImageError| Error::Internal { what: error.to_string() };
-        pixels.write_with_encoder(encoder).map_err(internal)?;
+        pixels.write_with_encoder(encoder).map_err(Error::internal)?;
         let encoder = JpegEncoder::new_with_quality(&mut jpeg, JPEG_QUALITY);
-        pixels.write_with_encoder(encoder).map_err(internal)?;
+        pixels.write_with_encoder(encoder).map_err(Error::internal)?;
         let (kind, bytes) = if png.len() <= jpeg.len() { ("png", png) } else { ("jpeg", jpeg) };
         let uri = format!("data:image/{kind};base64,{}", STANDARD.encode(bytes));
         Ok(Self { width: pixels.width(), height: pixels.height(), uri })

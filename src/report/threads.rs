@@ -22,7 +22,7 @@ pub fn time_threads<T>(most: usize, run: impl Fn() -> Result<T> + Sync) -> Resul
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .build()
-            .map_err(|error| Error::Internal { what: error.to_string() })?;
+            .map_err(Error::internal)?;
         let start = Instant::now();
         // The result goes on this thread, so that nothing of it need be sent.
         pool.install(|| run().map(drop))?;
@@ -47,7 +47,7 @@ mod tests {
         assert_eq!(*seen.lock().unwrap(), [1, 2, 3]);
         let threads: Vec<usize> = times.iter().map(|time| time.threads).collect();
         assert_eq!(threads, [1, 2, 3]);
-        let failing = || Err::<(), _>(Error::Internal { what: "no".into() });
+        let failing = || Err::<(), _>(Error::internal("no"));
         assert!(time_threads(2, failing).is_err());
     }
 }

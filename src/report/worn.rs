@@ -4,9 +4,10 @@ use rayon::prelude::*;
 
 use super::pictures::{MOST_ATLASES, Picture, thumbnail};
 use super::ticks::grouped;
-use crate::asset::{Asset, EncodedImage};
+use crate::document::asset::Asset;
 use crate::error::Result;
-use crate::images::decode;
+use crate::image_file::codec::decode;
+use crate::image_file::encoded::EncodedImage;
 use crate::limit::MemoryLimit;
 
 /// The textures of a level.

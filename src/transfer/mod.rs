@@ -4,21 +4,25 @@
 //! others are shared by all levels, filled like in a repair. Lit materials without a normal map may
 //! gain one, with the shape that a level has lost. How large the images are is told by `sizes`.
 //!
-//! Materials that agree in what an atlas does not hold can become one: `merge` tells which, `class` how, `fold`
-//! makes their images, and `join` tells which primitives can be one then.
+//! Materials that agree in what an atlas does not hold can become one: `merge_materials` tells which,
+//! `merged_material` how, `merged_images` makes their images, and `join_primitives` tells which
+//! primitives can be one then.
 
-mod class;
-mod fates;
-mod fold;
-mod join;
-mod make;
-mod merge;
+mod encode;
+mod image_uses;
+mod join_primitives;
+mod layout;
+mod merge_materials;
+mod merged_images;
+mod merged_material;
+mod options;
+mod original;
+mod outcomes;
 mod plan;
-mod relay;
-mod sides;
+mod relayout;
+mod sampling;
+mod sheet;
 mod sizes;
-mod store;
-mod uses;
 
 use std::sync::atomic::AtomicUsize;
 
@@ -26,27 +30,25 @@ use rayon::prelude::*;
 use seamwise_attr::{Level, Mesh};
 use seamwise_texture::transfer::{Pair, Source};
 
-use crate::asset::{Asset, EncodedImage};
-use crate::atlas::{ImageRepair, worn_materials};
-use crate::certificate::Screen;
-use crate::dress::LevelTextures;
+use crate::document::material::worn_materials;
+use crate::document::prune::Leftovers;
 use crate::error::{Error, Result};
-use crate::geometry::Geometry;
-use crate::images::Encoding;
-use crate::limit::MemoryLimit;
+use crate::level::textures::LevelTextures;
 use crate::progress::Progress;
-use crate::prune::Leftovers;
-pub use fates::{Fate, MaterialTextures, TextureFate};
-use make::{Made, Sheet, Worn, sheets};
-pub use merge::Apart;
+use crate::surface::geometry::Geometry;
+pub use encode::TextureFormat;
+pub use layout::Shared;
+use layout::UvLayout;
+pub use merge_materials::Apart;
+pub use options::{Atlas, BakeNormals, TransferOptions};
+pub(crate) use original::Origin;
+pub use outcomes::{Fate, MaterialTextures, TextureFate};
 pub(crate) use plan::Plan;
-use plan::UvLayout;
-pub use plan::{Atlas, Shared};
-use relay::relay;
-use sides::{Tags, level_tags, source_tags, sources};
+use relayout::relay;
+use sampling::{Tags, level_tags, source_tags, sources};
+use sheet::{Made, Sheet, Worn, sheets};
 pub use sizes::Sizes;
 use sizes::{Share, Yardstick, fit, halved};
-pub use store::TextureFormat;
 
 /// Levels that are made at a time: a file is compressed on one thread, and each takes memory of its
 /// own.
@@ -54,59 +56,6 @@ const LEVELS: usize = 2;
 /// How often images are made smaller until they fit a budget: a file's bytes are not known before it
 /// is made.
 const ATTEMPTS: usize = 8;
-
-/// Whether levels gain normal maps where their source has none.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum BakeNormals {
-    /// Where the shading normals of a level are off by more than a degree.
-    #[default]
-    Auto,
-    /// On every lit material.
-    On,
-    /// Nowhere.
-    Off,
-}
-
-/// How textures are made anew.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TransferOptions {
-    /// Where they are laid out.
-    pub atlas: Atlas,
-    /// How large the images are.
-    pub sizes: Sizes,
-    /// Whether levels gain normal maps.
-    pub bake_normals: BakeNormals,
-    /// How they are stored.
-    pub format: TextureFormat,
-    /// Quality of JPEGs, 1…100.
-    pub quality: u8,
-}
-
-impl Default for TransferOptions {
-    /// As large as needed, where the source's are and in its formats.
-    fn default() -> Self {
-        Self {
-            atlas: Atlas::default(),
-            sizes: Sizes::default(),
-            bake_normals: BakeNormals::default(),
-            format: TextureFormat::default(),
-            quality: Encoding::default().quality,
-        }
-    }
-}
-
-/// What textures are made from.
-#[derive(Clone, Copy)]
-pub(crate) struct Origin<'a> {
-    pub(crate) asset: &'a Asset,
-    pub(crate) surfaces: &'a [Geometry],
-    /// What became of each image in a repair, by which charts are read up to their rims.
-    pub(crate) repairs: &'a [ImageRepair],
-    /// The same as files: what a level wears of images that are not made anew.
-    pub(crate) images: &'a [EncodedImage],
-    pub(crate) screen: Screen,
-    pub(crate) limit: MemoryLimit,
-}
 
 /// Makes the textures of all levels; `chains` has those of each surface. Where charts are laid out
 /// anew, the levels in their new layout as well.

@@ -3,129 +3,17 @@
 use std::collections::BTreeMap;
 
 use glam::Affine2;
-use seamwise_attr::Mesh;
-use seamwise_texture::transfer::Face;
-use seamwise_texture::{Role, Wrap};
+use seamwise_texture::Role;
 
-use super::class::Class;
-use super::join::Joins;
-use super::merge::{Apart, Merging};
-use super::uses::{Used, uses, worn_together};
-use crate::asset::Asset;
-use crate::atlas::{material_slots, worn_materials};
+use super::image_uses::{Used, uses, worn_together};
+use super::join_primitives::Joins;
+use super::layout::{Charts, Class, ImageUse, NewNormals, Shared, UvLayout};
+use super::merge_materials::{Apart, Merging};
+use super::options::Atlas;
+use crate::document::asset::Asset;
+use crate::document::material::{TextureSlot, material_slots, worn_materials};
 use crate::error::Result;
-use crate::geometry::Geometry;
-use crate::textures::TextureSlot;
-
-/// Triangles of a group as they read an image.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Charts {
-    /// Index among the surfaces.
-    pub(crate) surface: usize,
-    /// Their group in it.
-    pub(crate) group: u32,
-    pub(crate) uv_set: usize,
-    pub(crate) transform: Affine2,
-}
-
-impl Charts {
-    /// Whether a texture is read as they are.
-    fn reads_like(&self, slot: &TextureSlot) -> bool {
-        self.uv_set == slot.uv_set && self.transform == slot.transform
-    }
-}
-
-/// Images that the same triangles of a level read at the same places.
-#[derive(Clone, Debug)]
-pub(crate) struct UvLayout {
-    /// How the level reads them.
-    pub(crate) charts: Vec<Charts>,
-    pub(crate) wrap: [Wrap; 2],
-    pub(crate) images: Vec<ImageUse>,
-    /// Whether the level's charts are laid out anew.
-    pub(crate) is_new: bool,
-    /// What materials become that are merged; it has images of its own then.
-    pub(crate) class: Option<Class>,
-}
-
-impl UvLayout {
-    /// How the source reads what an entry of the charts wears, if that is an image.
-    pub(crate) fn reading(&self, chart: usize) -> Option<SourceReading> {
-        let images = self.images.iter().filter_map(|own| own.readings[chart]);
-        let outputs = self.class.iter().flat_map(|class| &class.outputs);
-        let folded = outputs.filter_map(|own| Some(own.readings[chart].source?.1));
-        images.chain(folded).next()
-    }
-}
-
-/// An image of a layout.
-#[derive(Clone, Debug)]
-pub(crate) struct ImageUse {
-    pub(crate) image: usize,
-    /// What its texels mean.
-    pub(crate) role: Role,
-    /// One per entry of the layout's charts: how the source reads it, if those triangles wear it.
-    pub(crate) readings: Vec<Option<SourceReading>>,
-}
-
-/// How triangles of the source read an image.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct SourceReading {
-    pub(crate) uv_set: usize,
-    pub(crate) transform: Affine2,
-    pub(crate) wrap: [Wrap; 2],
-    /// Factor on x and y of a normal.
-    pub(crate) normal_scale: f32,
-}
-
-/// Why an image is shared by all levels instead of made anew.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum Shared {
-    /// No material that a surface wears names it.
-    #[error("no surface wears it")]
-    NotWorn,
-    /// Its file is not there.
-    #[error("it is missing")]
-    Missing,
-    /// No chart tells which texels those read.
-    #[error("points or lines wear it")]
-    BeyondCharts,
-    /// What wears it lacks the UVs, or has more sets of them than levels are made of.
-    #[error("what wears it has no UVs for it")]
-    NoCharts,
-    /// UVs run over the image again and again.
-    #[error("its UVs tile")]
-    Tiling,
-    /// Texels are worn in more than one place.
-    #[error("{:.0} % of its texels are worn in several places", .0 * 100.0)]
-    Overlap(f64),
-    /// It can't be laid out anew with the other images that the same triangles wear.
-    #[error("the same triangles read it, or another image with it, in several ways")]
-    Tangled,
-}
-
-/// A normal map for materials that have none, in the layout of another of their images.
-#[derive(Clone, Debug)]
-pub(crate) struct NewNormals {
-    pub(crate) charts: Vec<Charts>,
-    pub(crate) materials: Vec<usize>,
-    /// JSON pointer of the texture info that it is read like.
-    pub(crate) like: String,
-    /// The image of that texture, whose layout and size it takes.
-    pub(crate) image: usize,
-}
-
-/// Where the textures of levels are laid out.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Atlas {
-    /// Where the source's are; images whose layout tiles or overlaps stay shared.
-    #[default]
-    Keep,
-    /// In an atlas of their own, one for each set of images that the same triangles wear.
-    New,
-    /// The same, with materials merged into one where an atlas holds all that they differ in.
-    Merged,
-}
+use crate::surface::geometry::Geometry;
 
 /// What becomes of each image.
 #[derive(Clone, Debug, Default)]
@@ -335,21 +223,4 @@ impl Plan {
 
 fn no_sets(surfaces: &[Geometry]) -> Vec<Vec<Option<usize>>> {
     surfaces.iter().map(|surface| vec![None; surface.parts.len()]).collect()
-}
-
-/// The triangles of charts, those of each surface in `meshes`; a reading is an index of `charts`.
-pub(crate) fn faces(charts: &[Charts], meshes: &[&Mesh]) -> Vec<Face> {
-    let of = |(reading, charts): (u32, &Charts)| {
-        let mesh = meshes[charts.surface];
-        let own = (0..mesh.triangles.len()).filter(|&t| mesh.groups[t] == charts.group);
-        let face = |triangle: usize| Face {
-            pair: charts.surface as u32,
-            triangle: triangle as u32,
-            reading,
-            uvs: mesh.triangles[triangle]
-                .map(|wedge| charts.transform.transform_point2(mesh.uv(wedge, charts.uv_set))),
-        };
-        own.map(face).collect::<Vec<_>>()
-    };
-    (0..).zip(charts).flat_map(of).collect()
 }

@@ -1,7 +1,7 @@
 //! How large the images of a level are.
 //!
 //! A level is shown up to the size S at which its surface is off by the pixels that the screen
-//! tolerates (see [`certificate`](crate::certificate)), and no larger than the screen. There one pixel
+//! tolerates (see [`screen`](crate::screen)), and no larger than the screen. There one pixel
 //! covers D / S texels, where D is how many texels of the image span the diagonal of the asset; so
 //! log₂(D / S) halvings of the image, rounded down, are not seen. That is the size which is needed.
 //!
@@ -13,14 +13,12 @@ use glam::DVec3;
 use seamwise_attr::{Mesh, area_vector};
 use seamwise_texture::transfer::Face;
 
-use super::plan::{Charts, UvLayout, faces};
-use crate::asset::Asset;
-use crate::certificate::Screen;
+use super::layout::{Charts, UvLayout, faces};
+use crate::document::asset::Asset;
+use crate::document::nodes::{largest_stretch, mesh_worlds};
 use crate::error::Result;
-use crate::evaluate::switch::largest_size;
-use crate::geometry::Geometry;
-use crate::nodes::mesh_worlds;
-use crate::steering::largest_stretch;
+use crate::screen::{Screen, largest_size};
+use crate::surface::geometry::Geometry;
 
 /// The share of a new atlas that charts cover, about.
 const PACKED: f64 = 0.6;

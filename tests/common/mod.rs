@@ -1,7 +1,7 @@
 //! What the tests share: small assets made in memory, temporary folders, and a reader of outputs
 //! that owes nothing to the code under test.
 
-#![allow(dead_code, reason = "each test file is a crate of its own and uses a part of this")]
+#![allow(dead_code, reason = "each binary that takes this in uses a part of it")]
 
 pub(crate) mod assets;
 pub(crate) mod build;
@@ -19,10 +19,10 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc;
 use std::time::Duration;
 
+use seamwise::bake::options::{BakeOptions, Targets, Textures};
 use seamwise::bake::{self, Input};
 use seamwise::error::Result;
 use seamwise::evaluate;
-use seamwise::options::{BakeOptions, Targets, Textures};
 use seamwise::progress::Progress;
 use seamwise::report::BakeReport;
 use seamwise::transfer::{BakeNormals, Sizes, TransferOptions};

@@ -16,8 +16,8 @@ use std::collections::BTreeMap;
 
 use image::{DynamicImage, Rgba32FImage};
 
-use crate::Validity;
 use crate::color::luminance;
+use crate::validity::Validity;
 
 /// Background that does not reach the image's border has at least this many texels.
 const LEAST_GAP: usize = 64;

@@ -8,8 +8,8 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::Wrap;
 use crate::raster::{UvTriangle, Window};
+use crate::wrap::Wrap;
 
 /// A triangle over more repeats of the image than this is taken for its bounding box's columns in
 /// all rows: it would cost rows without end, and one that tall leaves little out.

@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use crate::Wrap;
+use crate::wrap::Wrap;
 
 /// Rows that one thread works on at a time.
 pub(crate) const ROWS: usize = 16;

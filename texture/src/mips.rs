@@ -15,7 +15,9 @@ use glam::{Vec2, Vec4};
 use rayon::prelude::*;
 
 use crate::color::{linear_to_srgb8, srgb8_to_linear};
-use crate::{Error, Plane, Result, Wrap};
+use crate::error::{Error, Result};
+use crate::plane::Plane;
+use crate::wrap::Wrap;
 
 /// What the color channels of 8-bit texels mean; alpha is always linear.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -20,8 +20,11 @@ use std::collections::HashMap;
 use image::{DynamicImage, ImageBuffer, Pixel};
 
 use crate::color::linear_to_srgb;
+use crate::error::Result;
+use crate::role::Role;
 use crate::samples::{Coding, Group, Sample, with_buffer};
-use crate::{Result, Role, Validity, Wrap};
+use crate::validity::Validity;
+use crate::wrap::Wrap;
 
 /// How far a channel may be from what is expected: a share of its range; beyond the range, as in
 /// float images, a share of what is expected.

@@ -30,7 +30,8 @@ use rayon::prelude::*;
 use crate::kernel::{
     Cell, Level, ROWS, blend_columns, blend_rows, pull_level, pull_rows, push_level,
 };
-use crate::{Plane, Wrap};
+use crate::plane::Plane;
+use crate::wrap::Wrap;
 
 /// What a texel does in a fill.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

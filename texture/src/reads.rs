@@ -34,7 +34,8 @@ use glam::Vec2;
 
 use crate::coverage::Coverage;
 use crate::raster::{UvTriangle, to_texels};
-use crate::{Validity, Wrap};
+use crate::validity::Validity;
+use crate::wrap::Wrap;
 
 /// What bilinear taps inside the charts read at one mip level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -12,21 +12,12 @@
 use image::{DynamicImage, ImageBuffer, Pixel};
 use rayon::prelude::*;
 
+use crate::error::Result;
 use crate::pyramid::{Part, Texels};
+use crate::role::Role;
 use crate::samples::{Coding, Group, Sample, with_buffer};
-use crate::{Result, Validity, Wrap};
-
-/// What the samples of an image mean.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Role {
-    /// Base color, emission: sRGB in integer images, linear light in float images.
-    #[default]
-    Color,
-    /// A normal map: unit vectors stored as (v + 1) / 2 in three channels.
-    Normal,
-    /// Anything else, channel by channel as stored: occlusion, roughness, metalness, masks.
-    Data,
-}
+use crate::validity::Validity;
+use crate::wrap::Wrap;
 
 /// What a repair did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

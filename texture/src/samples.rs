@@ -2,8 +2,8 @@
 
 use std::sync::LazyLock;
 
-use crate::Role;
 use crate::color::{linear_to_srgb, srgb_to_linear, srgb8_to_linear};
+use crate::role::Role;
 
 /// Runs `$body` with `$buffer`, the texels of an image of a kind that is known; an error for any
 /// other kind.
@@ -21,7 +21,7 @@ macro_rules! with_buffer {
             Kind::ImageRgba16($buffer) => Ok($body),
             Kind::ImageRgb32F($buffer) => Ok($body),
             Kind::ImageRgba32F($buffer) => Ok($body),
-            other => Err($crate::Error::Invalid {
+            other => Err($crate::error::Error::Invalid {
                 what: format!("images of kind {:?} are not known", other.color()),
             }),
         }

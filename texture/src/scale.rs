@@ -13,9 +13,11 @@
 use image::{DynamicImage, ImageBuffer, Pixel};
 use rayon::prelude::*;
 
+use crate::error::Result;
 use crate::repair::renormalize;
+use crate::role::Role;
 use crate::samples::{Coding, Group, Sample, with_buffer};
-use crate::{Result, Role, Validity};
+use crate::validity::Validity;
 
 /// The image scaled down by 2 to the power of `halvings`, rounded down to no less than one texel
 /// along an axis, and which of its texels are valid.
@@ -155,7 +157,7 @@ fn extent(texel: usize, size: usize, smaller: usize) -> impl Iterator<Item = (us
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Encoding, Mips};
+    use crate::mips::{Encoding, Mips};
     use image::{GrayImage, Luma, Rgb, Rgb32FImage, RgbImage, RgbaImage};
 
     fn all(image: &DynamicImage) -> Validity {
@@ -179,7 +181,8 @@ mod tests {
             assert_eq!(half.width() as usize, 24 >> halvings);
             // Columns 2…9 hold some of columns 5…18, rows 1…9 some of rows 3…19.
             assert!(halvings > 1 || valid.valid() == 8 * 9);
-            crate::repair(&mut half, Role::Color, &valid, [crate::Wrap::Clamp; 2]).unwrap();
+            crate::repair::repair(&mut half, Role::Color, &valid, [crate::wrap::Wrap::Clamp; 2])
+                .unwrap();
             assert!(half.to_rgb8().pixels().all(|Rgb([r, g, b])| r == g && g == b));
         }
     }

@@ -13,10 +13,10 @@ use std::collections::HashMap;
 
 use glam::Vec2;
 
-use crate::Wrap;
 use crate::raster::{UvTriangle, Window, to_texels};
 use crate::reads::{halve, under};
 use crate::validity::{Charts, known};
+use crate::wrap::Wrap;
 
 /// Triangles may cover the image as often before it counts as tiled.
 const MOST_COVERS: usize = 32;

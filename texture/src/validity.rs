@@ -13,8 +13,10 @@ use image::DynamicImage;
 use seamwise_attr::DisjointSets;
 
 use crate::coverage::Coverage;
+use crate::error::{Error, Result};
+use crate::plane::Plane;
 use crate::raster::{UvTriangle, to_texels};
-use crate::{Error, Plane, Result, Wrap};
+use crate::wrap::Wrap;
 
 /// For each texel of an image, whether its value may be trusted.
 #[derive(Clone, Debug, PartialEq, Eq)]

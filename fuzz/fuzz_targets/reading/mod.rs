@@ -4,12 +4,13 @@
 
 use std::path::Path;
 
-use seamwise::asset::Asset;
+use seamwise::document::asset::Asset;
 use seamwise::evaluate::load::{TextureCache, load};
-use seamwise::images::decode;
+use seamwise::image_file::codec::decode;
 use seamwise::limit::MemoryLimit;
-use seamwise::read::{ReadOptions, read_bytes_of};
-use seamwise::surfaces::weld_all;
+use seamwise::import::options::ReadOptions;
+use seamwise::import::read_bytes_of;
+use seamwise::surface::group::weld_all;
 use serde_json::Value;
 
 /// Most memory that an input may make the reader take.

@@ -7,7 +7,7 @@ use super::Options;
 use super::footprint::{Sampler, Taps};
 use super::seam::{Placed, Spread, Station};
 use super::solve::Problem;
-use crate::Validity;
+use crate::validity::Validity;
 
 /// The problem, and the texel that each unknown is.
 pub(super) struct Assembled {

@@ -7,8 +7,8 @@
 
 use glam::DVec2;
 
-use crate::Wrap;
 use crate::mips::{box_taps, half};
+use crate::wrap::Wrap;
 
 /// Texels and the weights they are read with: index `y · width + x`, no texel twice, sum 1.
 pub(super) type Taps = Vec<(usize, f64)>;
@@ -75,8 +75,9 @@ fn merge(mut taps: Taps) -> Taps {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mips::Mips;
+    use crate::plane::Plane;
     use crate::raster::to_texels;
-    use crate::{Mips, Plane};
     use glam::Vec2;
     use proptest::prelude::*;
 

@@ -52,8 +52,12 @@ use self::assemble::{Assembled, Assembly};
 use self::footprint::Sampler;
 use self::seam::{Placed, place, rms_step};
 use self::solve::TOLERANCE;
+use crate::error::Result;
+use crate::plane::Plane;
+use crate::role::Role;
 use crate::samples::{Coding, Group, Sample, with_buffer};
-use crate::{Plane, Result, Role, Validity, Wrap};
+use crate::validity::Validity;
+use crate::wrap::Wrap;
 
 pub use seam::Seam;
 
@@ -106,7 +110,7 @@ pub struct Equalized {
 ///
 /// # Errors
 /// [`Error::Invalid`](crate::Error::Invalid) if `validity` has another size than `image`, or the
-/// image is of a kind that [`repair`](crate::repair()) does not know.
+/// image is of a kind that [`repair`](crate::repair::repair()) does not know.
 pub fn equalize(
     image: &mut DynamicImage,
     role: Role,

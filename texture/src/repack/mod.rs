@@ -40,7 +40,7 @@ use self::pack::{Packing, pack};
 use self::proof::prove;
 use self::shape::Shape;
 use self::strips::cut_strips;
-use crate::{Error, Result};
+use crate::error::{Error, Result};
 
 /// Texels along an atlas, at most: no graphics card takes more.
 const MOST_TEXELS: usize = 16_384;

@@ -33,8 +33,11 @@ use glam::{Affine2, Vec2, Vec3, Vec4};
 use image::{ColorType, DynamicImage};
 use rayon::prelude::*;
 
+use crate::error::Result;
+use crate::role::Role;
 use crate::samples::with_buffer;
-use crate::{Result, Role, Validity, Wrap};
+use crate::validity::Validity;
+use crate::wrap::Wrap;
 use owners::Owners;
 use row::{Maker, Row, write};
 

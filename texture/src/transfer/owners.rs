@@ -7,8 +7,8 @@
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
 use super::Face;
-use crate::Wrap;
 use crate::raster::{UvTriangle, Window, to_texels};
+use crate::wrap::Wrap;
 
 /// A center that is nearer to an edge, as a weight, may lie on it.
 const ON_EDGE: f64 = 1e-6;

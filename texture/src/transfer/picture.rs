@@ -12,8 +12,12 @@
 use glam::{Vec2, Vec4};
 use image::DynamicImage;
 
+use crate::error::Result;
+use crate::mips::{Encoding, Level, Mips};
+use crate::plane::Plane;
+use crate::role::Role;
 use crate::samples::{Coding, Group, Sample, with_buffer};
-use crate::{Encoding, Level, Mips, Plane, Result, Role, Wrap};
+use crate::wrap::Wrap;
 
 /// From this level of detail on mip maps are read.
 const MINIFIED: f32 = 0.5;

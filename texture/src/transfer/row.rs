@@ -8,7 +8,7 @@ use super::correspond::LevelPoint;
 use super::owners::{Owners, place_in};
 use super::side::Spot;
 use super::{Job, Reading};
-use crate::Role;
+use crate::role::Role;
 use crate::samples::{Coding, Group, Sample};
 
 /// A mapped normal leans away from the level's by less than a right angle, as renderers expect.

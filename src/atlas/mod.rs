@@ -1,0 +1,325 @@
+//! Which texels of an asset's images its surfaces wear, and the repair of all others.
+
+pub mod charts;
+pub mod seams;
+
+use glam::Affine2;
+use image::DynamicImage;
+use rayon::prelude::*;
+use seamwise_texture::equalize::{self, Equalized, Seam, equalize};
+use seamwise_texture::{
+    Footprint, Outcome, Role, Validity, Wrap, keep_padding, repair, scale_down,
+};
+
+use crate::document::asset::Asset;
+use crate::document::material::{TextureSlot, main_role, material_slots, worn};
+use crate::document::primitive::Primitive;
+use crate::error::{Error, Result};
+use crate::image_file::codec::{Encoding, decode, encode_anew};
+use crate::image_file::encoded::EncodedImage;
+use crate::limit::MemoryLimit;
+use crate::surface::geometry::check_size;
+use charts::{Charts, Reads};
+use seams::seams_of_images;
+
+/// An image as an atlas: what its texels mean and which charts lie in it.
+#[derive(Clone, Debug)]
+pub struct Atlas {
+    /// The image.
+    pub image: usize,
+    /// What its texels mean.
+    pub role: Role,
+    /// How it is read beyond its edges.
+    pub wrap: [Wrap; 2],
+    /// Of all surfaces that wear it.
+    pub charts: Charts,
+    /// Whether points or lines wear it too, of which no chart tells.
+    pub beyond_charts: bool,
+}
+
+/// Every image that a material of some primitive uses, in the order of the document.
+///
+/// # Errors
+/// [`Error::Invalid`] or [`Error::Unsupported`] with the place in the document.
+pub fn atlases(asset: &Asset) -> Result<Vec<Atlas>> {
+    Ok(atlas_of_each(asset)?.into_iter().flatten().collect())
+}
+
+/// One per image; `None` if nothing wears it.
+fn atlas_of_each(asset: &Asset) -> Result<Vec<Option<Atlas>>> {
+    let materials = material_slots(asset)?;
+    let mut atlases: Vec<Option<Atlas>> = vec![None; asset.count("images")];
+    for mesh in 0..asset.count("meshes") {
+        for primitive in Primitive::of_mesh(asset, mesh)? {
+            add_primitive(asset, &primitive, &materials, &mut atlases)?;
+        }
+    }
+    Ok(atlases)
+}
+
+fn add_primitive(
+    asset: &Asset,
+    primitive: &Primitive,
+    materials: &[Vec<TextureSlot>],
+    atlases: &mut [Option<Atlas>],
+) -> Result<()> {
+    let mut seen: Vec<(usize, usize, Affine2)> = Vec::new();
+    for slot in worn(asset, primitive, materials)? {
+        let atlas = atlases[slot.image].get_or_insert_with(|| Atlas {
+            image: slot.image,
+            role: slot.role,
+            wrap: slot.wrap,
+            charts: Charts::default(),
+            beyond_charts: false,
+        });
+        atlas.role = main_role(atlas.role, slot.role);
+        atlas.beyond_charts |= !primitive.is_surface();
+        let reading = (slot.image, slot.uv_set, slot.transform);
+        if primitive.is_surface() && !seen.contains(&reading) {
+            let charts = Charts::read(asset, primitive, slot.uv_set, slot.transform)?;
+            charts.into_iter().for_each(|charts| atlas.charts.append(charts));
+            seen.push(reading);
+        }
+    }
+    Ok(())
+}
+
+impl Atlas {
+    /// Which texels of a `width` × `height` image the charts cover.
+    pub fn validity(&self, width: usize, height: usize) -> Validity {
+        let Charts { uvs, triangles } = &self.charts;
+        Validity::from_charts(width, height, self.wrap, uvs, triangles)
+    }
+}
+
+/// What became of one image of an asset.
+#[derive(Clone, Debug)]
+pub struct ImageRepair {
+    /// The image.
+    pub image: usize,
+    /// What its texels mean, if a primitive wears it.
+    pub role: Option<Role>,
+    /// The repair, or why there was none.
+    pub result: std::result::Result<Repaired, LeftAlone>,
+}
+
+/// An image after its repair.
+#[derive(Clone, Debug)]
+pub struct Repaired {
+    /// Its texels.
+    pub texels: DynamicImage,
+    /// Which of them came from the file.
+    pub validity: Validity,
+    /// How many of those lie around the charts, in padding that was kept.
+    pub padding: usize,
+    /// What was done to the others.
+    pub outcome: Outcome,
+    /// What was done to the texels along seams, if that was asked for.
+    pub equalized: Option<Equalized>,
+    atlas: Atlas,
+}
+
+impl Repaired {
+    /// What filtering inside the charts read before the repair.
+    pub fn reads(&self, footprint: Footprint) -> Reads {
+        self.atlas.charts.reads(&self.validity, self.atlas.wrap, footprint)
+    }
+}
+
+/// Why an image was not repaired.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum LeftAlone {
+    /// Not even points or lines use it.
+    #[error("nothing wears it")]
+    NotWorn,
+    /// No chart tells which texels those read.
+    #[error("points or lines wear it")]
+    BeyondCharts,
+    /// What wears it has no UVs, or UVs that are no triangle.
+    #[error("no chart covers any of it")]
+    NoChart,
+    /// The asset was read without it.
+    #[error("its file is not there")]
+    Missing,
+    /// There is no texel to fill.
+    #[error("charts cover all of it")]
+    Covered,
+}
+
+/// How the images of an asset are repaired.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct AtlasOptions {
+    /// Most memory that decoding one image may take.
+    pub memory_limit: MemoryLimit,
+    /// How many rings of texels around the charts stay if they agree with them; see
+    /// [`keep_padding`].
+    pub keep_padding: usize,
+    /// How often images are halved, each texel the mean of valid ones; see [`scale_down`]. Images
+    /// that charts cover are scaled too, those left alone for another reason are not.
+    pub halvings: u32,
+    /// Whether and how both sides of seams are made to read the same, after the fill; in images that
+    /// charts cover in whole too.
+    pub equalize: Option<equalize::Options>,
+}
+
+/// Repairs every image of an asset whose charts leave texels uncovered; one result per image.
+///
+/// # Errors
+/// [`Error::Invalid`] if an image is damaged or takes more memory than `limit`.
+pub fn repair_all(asset: &Asset, limit: MemoryLimit) -> Result<Vec<ImageRepair>> {
+    repair_all_with(asset, AtlasOptions { memory_limit: limit, ..AtlasOptions::default() })
+}
+
+/// As [`repair_all`], with options.
+///
+/// # Errors
+/// As [`repair_all`].
+pub fn repair_all_with(asset: &Asset, options: AtlasOptions) -> Result<Vec<ImageRepair>> {
+    check_size(asset, options.memory_limit)?;
+    let seams = options.equalize.map(|_| seams_of_images(asset)).transpose()?;
+    let repair = |(image, atlas): (usize, Option<Atlas>)| {
+        let role = atlas.as_ref().map(|atlas| atlas.role);
+        let seams = seams.as_ref().map_or(&[][..], |seams| &seams[image]);
+        let result = match atlas {
+            Some(atlas) => repair_one(asset, atlas, options, seams)?,
+            None => Err(LeftAlone::NotWorn),
+        };
+        Ok(ImageRepair { image, role, result })
+    };
+    atlas_of_each(asset)?.into_par_iter().enumerate().map(repair).collect()
+}
+
+fn repair_one(
+    asset: &Asset,
+    atlas: Atlas,
+    options: AtlasOptions,
+    seams: &[Seam],
+) -> Result<std::result::Result<Repaired, LeftAlone>> {
+    if atlas.beyond_charts {
+        return Ok(Err(LeftAlone::BeyondCharts));
+    }
+    if asset.images[atlas.image].is_missing() {
+        return Ok(Err(LeftAlone::Missing));
+    }
+    let at = format!("/images/{}", atlas.image);
+    let mut texels = decode(&asset.images[atlas.image], &at, options.memory_limit)?;
+    let mut validity = atlas.validity(texels.width() as usize, texels.height() as usize);
+    if validity.valid() == 0 {
+        return Ok(Err(LeftAlone::NoChart));
+    }
+    let covered = validity.invalid() == 0;
+    if covered && options.halvings == 0 && seams.is_empty() {
+        return Ok(Err(LeftAlone::Covered));
+    }
+    let fault = |error: seamwise_texture::Error| Error::invalid(&at, error.to_string());
+    let Atlas { role, wrap, .. } = atlas;
+    let rings = options.keep_padding;
+    let padding = keep_padding(&texels, role, &mut validity, wrap, rings).map_err(fault)?;
+    if options.halvings > 0 {
+        (texels, validity) =
+            scale_down(&texels, role, &validity, options.halvings).map_err(fault)?;
+    }
+    let outcome = repair(&mut texels, role, &validity, wrap).map_err(fault)?;
+    let equalize = |options| equalize(&mut texels, role, &validity, wrap, seams, options);
+    let equalized = options.equalize.map(equalize).transpose().map_err(fault)?;
+    if covered && options.halvings == 0 && equalized.is_none_or(|done| done.texels == 0) {
+        return Ok(Err(LeftAlone::Covered));
+    }
+    Ok(Ok(Repaired { texels, validity, padding, outcome, equalized, atlas }))
+}
+
+/// The asset's images with the repaired ones in their places, each in the format it came in unless
+/// all are to be PNGs.
+///
+/// # Errors
+/// [`Error::Internal`] if an encoder refuses its texels.
+pub fn encode_repaired(
+    asset: &Asset,
+    repairs: &[ImageRepair],
+    encoding: Encoding,
+) -> Result<Vec<EncodedImage>> {
+    let finish = |(image, repair): (&EncodedImage, &ImageRepair)| match &repair.result {
+        Ok(repaired) => encode_anew(&repaired.texels, image, encoding),
+        Err(_) => Ok(image.clone()),
+    };
+    asset.images.par_iter().zip(repairs).map(finish).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::image_file::codec::encode;
+    use crate::image_file::encoded::ImageFormat;
+    use glam::Vec2;
+    use serde_json::{Value, json};
+
+    /// A triangle over the lower left half of the unit square, and an image per material.
+    fn asset(primitives: &Value, materials: usize) -> Asset {
+        let floats: Vec<f32> = [[0.0, 0.0], [0.0, 1.0], [1.0, 1.0]].concat();
+        let positions = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].concat();
+        let bytes = floats.into_iter().chain(positions).flat_map(f32::to_le_bytes);
+        let texels = image::RgbImage::from_fn(8, 8, |x, y| {
+            image::Rgb(if x <= y { [9, 90, 200] } else { [0, 0, 0] })
+        });
+        let png = encode(&texels.into(), ImageFormat::Png).unwrap();
+        let material = |index| json!({"pbrMetallicRoughness": {"baseColorTexture": {"index": index, "texCoord": 0}}});
+        let json = json!({
+            "accessors": [
+                {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC2"},
+                {"bufferView": 1, "componentType": 5126, "count": 3, "type": "VEC3"},
+            ],
+            "bufferViews": [
+                {"buffer": 0, "byteLength": 24},
+                {"buffer": 0, "byteOffset": 24, "byteLength": 36},
+            ],
+            "meshes": [{"primitives": primitives}],
+            "materials": (0..materials).map(material).collect::<Vec<_>>(),
+            "textures": (0..materials).map(|index| json!({"source": index})).collect::<Vec<_>>(),
+            "images": vec![json!({}); materials],
+        });
+        Asset { json, buffers: vec![bytes.collect()], images: vec![png; materials] }
+    }
+
+    #[test]
+    fn each_image_is_repaired_or_left_alone_for_a_reason() {
+        let bare = json!({"POSITION": 1});
+        let worn = json!({"POSITION": 1, "TEXCOORD_0": 0});
+        let primitives = json!([
+            {"attributes": worn, "material": 0},
+            {"attributes": bare, "material": 1},
+            {"attributes": worn, "material": 2},
+            {"attributes": worn, "material": 2, "mode": 0},
+        ]);
+        let asset = asset(&primitives, 4);
+        let repairs = repair_all(&asset, MemoryLimit::default()).unwrap();
+        let reasons: Vec<_> =
+            repairs.iter().map(|repair| repair.result.as_ref().err().copied()).collect();
+        let expected = [LeftAlone::NoChart, LeftAlone::BeyondCharts, LeftAlone::NotWorn];
+        assert_eq!(reasons[0], None);
+        assert_eq!(reasons[1..], expected.map(Some));
+        assert_eq!((repairs[0].role, repairs[3].role), (Some(Role::Color), None));
+
+        let repaired = repairs[0].result.as_ref().unwrap();
+        assert_eq!(repaired.outcome.filled, repaired.validity.invalid());
+        let reads = repaired.reads(Footprint::default()).mips;
+        assert!(reads.len() == 4 && reads.iter().all(|mip| mip.invalid > 0));
+        let images = encode_repaired(&asset, &repairs, Encoding::default()).unwrap();
+        assert!(images[0] != asset.images[0] && images[1..] == asset.images[1..]);
+        let texels = decode(&images[0], "", MemoryLimit::default()).unwrap().to_rgb8();
+        assert!(texels.pixels().all(|texel| texel.0 == [9, 90, 200]));
+    }
+
+    #[test]
+    fn charts_of_several_primitives_are_united() {
+        let quarter = |x: f32| Charts {
+            uvs: [[x, 0.0], [x, 1.0], [x + 0.25, 0.0], [x + 0.25, 1.0]].map(Vec2::from).to_vec(),
+            triangles: vec![[0, 1, 2], [2, 1, 3]],
+        };
+        let mut charts = quarter(0.0);
+        charts.append(quarter(0.5));
+        let wrap = [Wrap::Repeat; 2];
+        let atlas = Atlas { image: 0, role: Role::Color, wrap, charts, beyond_charts: false };
+        let flags = [true, false, true, false].repeat(2);
+        assert_eq!(atlas.validity(4, 2), Validity::from_flags(4, 2, flags));
+    }
+}

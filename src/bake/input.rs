@@ -1,0 +1,73 @@
+//! Where an asset comes from, and where its levels go.
+
+use std::path::{Path, PathBuf};
+
+use super::options::BakeOptions;
+use crate::document::asset::Asset;
+use crate::error::Result;
+use crate::export::disk::refuse_overwriting;
+use crate::import;
+use crate::import::options::{ReadOptions, folder_of};
+
+/// Where an asset comes from.
+#[derive(Clone, Copy, Debug)]
+pub enum Input<'a> {
+    /// A .gltf, .glb, .obj, .ply or .off file.
+    File(&'a Path),
+    /// The bytes of a self-contained .gltf or .glb, and a name for what is made of it.
+    Bytes(&'a [u8], &'a str),
+}
+
+impl Input<'_> {
+    /// What the outputs are called after.
+    pub fn stem(&self) -> String {
+        match self {
+            Self::File(path) => {
+                path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+            }
+            Self::Bytes(_, name) => (*name).to_owned(),
+        }
+    }
+
+    /// The files that a bake writes into `folder`: the levels, the finest first, then all of them
+    /// in one if the layout has that, then the page if there is to be one, and last the report. Images,
+    /// if they are not in these, go into a folder `<stem>_textures` there.
+    pub fn outputs(&self, folder: &Path, options: &BakeOptions) -> Vec<PathBuf> {
+        let stem = self.stem();
+        let documents = options.output.names(&stem, options.targets.count());
+        let page = options.report.map(|_| format!("{stem}.html"));
+        let names = options.output.files(&documents).into_iter().chain(page);
+        names.map(|name| folder.join(name)).chain([self.report(folder)]).collect()
+    }
+
+    /// The file that a bake writes its report into.
+    pub(crate) fn report(&self, folder: &Path) -> PathBuf {
+        folder.join(format!("{}.json", self.stem()))
+    }
+
+    /// Makes sure that this input is not among the outputs.
+    ///
+    /// # Errors
+    /// [`Error::Options`](crate::error::Error::Options) if it would be overwritten.
+    pub fn refuse_overwriting(&self, outputs: &[PathBuf]) -> Result<()> {
+        match self {
+            Self::File(path) => refuse_overwriting(path, outputs),
+            Self::Bytes(..) => Ok(()),
+        }
+    }
+
+    /// The files beside the input that it names.
+    pub(super) fn named_files(&self, asset: &Asset, options: ReadOptions) -> Vec<PathBuf> {
+        match self {
+            Self::File(path) => import::document_files(&asset.json, options.reach(folder_of(path))),
+            Self::Bytes(..) => Vec::new(),
+        }
+    }
+
+    pub(super) fn read(&self, options: ReadOptions) -> Result<Asset> {
+        match self {
+            Self::File(path) => import::read_with(path, options),
+            Self::Bytes(bytes, _) => import::read_bytes_with(bytes, Path::new(""), options),
+        }
+    }
+}

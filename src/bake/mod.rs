@@ -1,0 +1,272 @@
+//! The straight line: read → weld → simplify → polish → repair → evaluate → write. The only file that knows
+//! the order of the stages.
+
+pub(crate) mod digest;
+mod input;
+pub mod options;
+mod report;
+mod simplify;
+pub mod steering;
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
+use std::time::Instant;
+
+use rayon::prelude::*;
+use seamwise_attr::Level;
+
+use crate::atlas::{ImageRepair, encode_repaired, repair_all};
+use crate::document::asset::Asset;
+use crate::error::Result;
+use crate::evaluate::load::{TextureCache, load};
+use crate::evaluate::{self, Reference};
+use crate::export::bundle::{Chain, Measured};
+use crate::export::disk::{refuse_overwriting, write_recorded};
+use crate::export::document::level_asset;
+use crate::image_file::codec::Encoding;
+use crate::image_file::encoded::EncodedImage;
+use crate::level::textures::LevelTextures;
+use crate::level::{DressedLevel, Undressed};
+use crate::progress::Progress;
+use crate::report::html::{Extras, bake_page};
+use crate::report::pictures::{Gallery, draw_atlases};
+use crate::report::threads::time_threads;
+use crate::report::worn::draw_worn;
+use crate::report::{BakeReport, Seconds, mesh_reports, peak_memory};
+use crate::surface::group::weld_all;
+use crate::transfer::{MaterialTextures, Origin, Plan, TransferOptions, transfer_all};
+use digest::digest;
+pub use input::Input;
+use options::{BakeOptions, Textures};
+use report::{input_report, level_reports};
+use simplify::{polish_all, simplify_all};
+
+/// Bakes the levels of one asset into `folder`: `<stem>_lod1.glb` and so on, `<stem>.glb` with all
+/// of them, or what `options.output` has instead; `<stem>.json` with what was measured, and `<stem>.html` with the same in charts and
+/// pictures if the options ask for it. Either all of them are written or none.
+///
+/// # Errors
+/// [`Error::Io`], [`Error::Invalid`] or [`Error::Unsupported`] if the asset can't be read;
+/// [`Error::Options`] if an output would overwrite the input, or the steering names what is not there;
+/// [`Error::Time`] if it takes longer than `options.time_limit`.
+///
+/// [`Error::Io`]: crate::error::Error::Io
+/// [`Error::Invalid`]: crate::error::Error::Invalid
+/// [`Error::Unsupported`]: crate::error::Error::Unsupported
+/// [`Error::Options`]: crate::error::Error::Options
+/// [`Error::Time`]: crate::error::Error::Time
+pub fn bake(
+    input: Input<'_>,
+    folder: &Path,
+    options: &BakeOptions,
+    progress: &Progress,
+) -> Result<BakeReport> {
+    let outputs = input.outputs(folder, options);
+    input.refuse_overwriting(&outputs)?;
+    let progress = &progress.limited(options.time_limit);
+    // Before the input is read: if it changes in between, the hash is of what it no longer is.
+    let digest = digest(input, options)?;
+    let Baked { mut files, sources, mut report, mut extras } =
+        bake_in_memory(input, options, progress)?;
+    report.digest = digest;
+    let stem = input.stem();
+    if let Some(page) = options.report {
+        if page.threads {
+            let again = BakeOptions { report: None, ..options.clone() };
+            extras.threads = time_threads(rayon::current_num_threads(), || {
+                bake_in_memory(input, &again, &progress.unseen())
+            })?;
+        }
+        files.push((format!("{stem}.html"), bake_page(&report, &extras)?.into_bytes()));
+    }
+    report.files = files.iter().map(|(name, _)| name.clone()).collect();
+    let json = report.to_json()?.into_bytes();
+    let files: Vec<(PathBuf, Vec<u8>)> =
+        files.into_iter().map(|(name, bytes)| (folder.join(name), bytes)).collect();
+    let outputs: Vec<PathBuf> = files.iter().map(|(path, _)| path.clone()).collect();
+    sources.iter().try_for_each(|source| refuse_overwriting(source, &outputs))?;
+    write_recorded(&files, &(input.report(folder), json))?;
+    Ok(report)
+}
+
+/// What a bake makes.
+struct Baked {
+    /// By name: the levels, the finest first, then all of them in one, then images beside them.
+    files: Vec<(String, Vec<u8>)>,
+    /// The files that the input names.
+    sources: Vec<PathBuf>,
+    report: BakeReport,
+    /// For the page.
+    extras: Extras,
+}
+
+fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> Result<Baked> {
+    let mut clock = Clock { seconds: Seconds::default(), progress };
+    let asset = clock.time("read", |s| &mut s.read, || input.read(options.reading))?;
+    let geometries =
+        clock.time("weld", |s| &mut s.weld, || weld_all(&asset, options.reading.memory_limit))?;
+    let steering = options.steering.resolve(&asset, &geometries, options.reading.memory_limit)?;
+    let simplify = || simplify_all(&geometries, &steering, options, progress);
+    let mut chains = clock.time("simplify", |s| &mut s.simplify, simplify)?;
+    if let Some(polish) = &options.polish {
+        let run = || polish_all(&geometries, &mut chains, &steering, polish, progress);
+        clock.time("polish", |s| &mut s.polish, run)?;
+    }
+    let repairs = clock.time("repair", |s| &mut s.repair, || repair_images(&asset, options))?;
+    let images =
+        clock.time("repair", |s| &mut s.repair, || finish_images(&asset, repairs.as_deref()))?;
+    let (textures, materials) = match (options.textures, &repairs) {
+        (Textures::Transfer(transfer), Some(repairs)) => {
+            let (surfaces, screen) = (&geometries[..], options.screen);
+            let (images, limit) = (&images[..], options.reading.memory_limit);
+            let origin = Origin { asset: &asset, surfaces, repairs, images, screen, limit };
+            let run = || own_textures(&origin, &mut chains, &transfer, progress);
+            clock.time("transfer", |s| &mut s.transfer, run)?
+        }
+        _ => {
+            let shared = LevelTextures::shared(&images, &geometries);
+            (vec![shared; options.targets.count()], Vec::new())
+        }
+    };
+    let mut extras = Extras::default();
+    if let (Some(repairs), Some(_)) = (repairs, options.report) {
+        let draw = || draw_atlases(&asset, &repairs, options.reading.memory_limit);
+        extras.atlases = clock.time("report", |s| &mut s.report, draw)?;
+    }
+    let undressed = Undressed { asset: &asset, geometries: &geometries, chains: &chains };
+    let dress = || undressed.dress(textures, options.output.quantizes());
+    let dressed = clock.time("write", |s| &mut s.write, dress)?;
+    let levels = clock.time("write", |s| &mut s.write, || level_assets(&asset, &dressed))?;
+    let mut cache = TextureCache::with_limit(options.reading.memory_limit);
+    let measure = |options| {
+        let measure = || evaluate_all(&asset, &levels, options, &mut cache, progress);
+        clock.time("evaluate", |s| &mut s.evaluate, measure)
+    };
+    let measured = options.evaluation().map(measure).transpose()?;
+    if options.report.is_some() {
+        let draw = || draw_all(&asset, &levels, &mut cache, progress);
+        extras.gallery = Some(clock.time("report", |s| &mut s.report, draw)?);
+        let draw = || draw_worn(&levels, &images, options.reading.memory_limit);
+        extras.worn = clock.time("report", |s| &mut s.report, draw)?;
+    }
+    let encode = || {
+        let BakeOptions { output, screen, .. } = *options;
+        let chain = Chain { asset: &asset, levels: &dressed, images: &images, output, screen };
+        let documents = chain.documents(levels, measured.as_ref(), &input.stem())?;
+        options.output.encode(&input.stem(), &documents)
+    };
+    let files = clock.time("write", |s| &mut s.write, encode)?;
+    let report = BakeReport {
+        schema: 1,
+        digest: String::new(),
+        files: Vec::new(),
+        input: input_report(input, &asset, &geometries),
+        screen: options.screen,
+        levels: level_reports(&dressed, &chains, &steering, options, measured.as_ref()),
+        meshes: mesh_reports(&asset, &geometries, &chains),
+        materials,
+        seconds: clock.seconds,
+        peak_memory_bytes: peak_memory(),
+    };
+    Ok(Baked { files, sources: input.named_files(&asset, options.reading), report, extras })
+}
+
+/// Adds up the wall time of each stage, and ends a bake between two if its time is over.
+struct Clock<'a> {
+    seconds: Seconds,
+    progress: &'a Progress,
+}
+
+impl Clock<'_> {
+    fn time<T>(
+        &mut self,
+        name: &str,
+        stage: fn(&mut Seconds) -> &mut f64,
+        run: impl FnOnce() -> Result<T>,
+    ) -> Result<T> {
+        self.progress.check(name)?;
+        let start = Instant::now();
+        let result = run()?;
+        *stage(&mut self.seconds) += start.elapsed().as_secs_f64();
+        self.progress.check(name)?;
+        Ok(result)
+    }
+}
+
+/// Textures of each level's own, and what became of those of each material. Where charts are laid out
+/// anew, the levels of `chains` are.
+fn own_textures(
+    origin: &Origin<'_>,
+    chains: &mut Vec<Vec<Level>>,
+    options: &TransferOptions,
+    progress: &Progress,
+) -> Result<(Vec<LevelTextures>, Vec<MaterialTextures>)> {
+    let plan = Plan::new(origin.asset, origin.surfaces, options.atlas)?;
+    let (textures, relaid) = transfer_all(origin, &plan, chains, options, progress)?;
+    if let Some(relaid) = relaid {
+        *chains = relaid;
+    }
+    Ok((textures, plan.fates(origin.asset)?))
+}
+
+/// What became of each image, if they are to be repaired.
+fn repair_images(asset: &Asset, options: &BakeOptions) -> Result<Option<Vec<ImageRepair>>> {
+    match options.textures {
+        Textures::Keep => Ok(None),
+        Textures::Repair | Textures::Transfer(_) => {
+            repair_all(asset, options.reading.memory_limit).map(Some)
+        }
+    }
+}
+
+fn finish_images(asset: &Asset, repairs: Option<&[ImageRepair]>) -> Result<Vec<EncodedImage>> {
+    match repairs {
+        None => Ok(asset.images.clone()),
+        Some(repairs) => encode_repaired(asset, repairs, Encoding::default()),
+    }
+}
+
+/// The levels as documents.
+fn level_assets(asset: &Asset, levels: &[DressedLevel<'_>]) -> Result<Vec<Asset>> {
+    levels.par_iter().map(|level| level_asset(asset, level)).collect()
+}
+
+/// The source and the levels in pictures.
+fn draw_all(
+    asset: &Asset,
+    levels: &[Asset],
+    textures: &mut TextureCache,
+    progress: &Progress,
+) -> Result<Gallery> {
+    progress.stage("draw", levels.len() + 1, |done| {
+        let mut gallery = Gallery::new(&load(asset, textures)?)?;
+        for level in levels {
+            progress.check("report")?;
+            done.fetch_add(1, Ordering::Relaxed);
+            gallery.add(&load(level, textures)?)?;
+        }
+        Ok(gallery)
+    })
+}
+
+fn evaluate_all(
+    asset: &Asset,
+    levels: &[Asset],
+    options: evaluate::Options,
+    textures: &mut TextureCache,
+    progress: &Progress,
+) -> Result<Measured> {
+    progress.stage("evaluate", levels.len() + 1, |done| {
+        let scene = load(asset, textures)?;
+        let reference = Reference::new(&scene, options)?;
+        let count = || done.fetch_add(1, Ordering::Relaxed);
+        count();
+        let mut metrics = Vec::with_capacity(levels.len());
+        for level in levels {
+            progress.check("evaluate")?;
+            metrics.push(reference.compare(&load(level, textures)?)?);
+            count();
+        }
+        Ok(Measured { metrics, diagonal: reference.diagonal() })
+    })
+}

@@ -1,0 +1,207 @@
+//! What the user asked for, resolved and checked.
+
+use std::time::Duration;
+
+use seamwise_attr::Polish;
+
+use super::steering::Steering;
+use crate::error::{Error, Result};
+use crate::evaluate;
+use crate::export::files::OutputOptions;
+use crate::import::options::ReadOptions;
+use crate::screen::Screen;
+use crate::transfer::TransferOptions;
+
+/// Options of a bake.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BakeOptions {
+    /// How many triangles each level is to have, the finest first.
+    pub targets: Targets,
+    /// What those triangles are counted over.
+    pub budget_per: BudgetPer,
+    /// What the descent is to keep to beside.
+    pub steering: Steering,
+    /// How the levels are fitted to the source after the descent, if they are.
+    pub polish: Option<Polish>,
+    /// What becomes of the textures.
+    pub textures: Textures,
+    /// How the levels are evaluated, if they are; for the pixel tolerance of `screen`.
+    pub evaluate: Option<evaluate::Options>,
+    /// The screen that the sizes of the levels are reckoned for.
+    pub screen: Screen,
+    /// Whether a page with charts and pictures is written.
+    pub report: Option<ReportOptions>,
+    /// How the asset is read. Its memory limit is also the most that decoding one image may take, all
+    /// vertices, and all of the scene with its instances. Images that may be missing are measured as
+    /// white or flat, and stay named.
+    pub reading: ReadOptions,
+    /// How long a bake may take, if not as long as it likes. It is looked at between steps, so a bake
+    /// ends late by one at most, and writes nothing.
+    pub time_limit: Option<Duration>,
+    /// In which files the levels are written, and how.
+    pub output: OutputOptions,
+}
+
+/// What the page of a bake shows beyond its results.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ReportOptions {
+    /// The time of the same bake on 1, 2, … threads up to all, which runs it as many times more.
+    pub threads: bool,
+}
+
+impl BakeOptions {
+    /// How the levels are evaluated, with the tolerance that their sizes are reckoned for.
+    pub fn evaluation(&self) -> Option<evaluate::Options> {
+        let pixel_tolerance = self.screen.pixel_tolerance;
+        self.evaluate.map(|options| evaluate::Options { pixel_tolerance, ..options })
+    }
+}
+
+impl Default for BakeOptions {
+    fn default() -> Self {
+        Self {
+            targets: Targets::default(),
+            budget_per: BudgetPer::default(),
+            steering: Steering::default(),
+            polish: Some(Polish::default()),
+            textures: Textures::Repair,
+            evaluate: Some(evaluate::Options::default()),
+            screen: Screen::default(),
+            report: None,
+            reading: ReadOptions::default(),
+            time_limit: None,
+            output: OutputOptions::default(),
+        }
+    }
+}
+
+/// Triangles of each level, the finest first. Those of a mesh count once, however often it is shown.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Targets {
+    /// As shares of the source.
+    Ratios(Vec<f64>),
+    /// As counts over the whole asset.
+    Triangles(Vec<usize>),
+}
+
+/// How the triangles of a level are shared out over the meshes of an asset. Meshes whose borders meet
+/// are one in this.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BudgetPer {
+    /// Each mesh keeps the same share of its own.
+    Mesh,
+    /// Each keeps what it costs most to lose, as large and as often as the scene shows it.
+    #[default]
+    Scene,
+}
+
+impl Default for Targets {
+    /// Four levels, each half of the one before.
+    fn default() -> Self {
+        Self::halves(4)
+    }
+}
+
+impl Targets {
+    /// So many levels, each half of the one before.
+    pub fn halves(levels: usize) -> Self {
+        Self::Ratios((1..=levels).map(|level| 0.5f64.powi(level as i32)).collect())
+    }
+
+    /// Shares of the source.
+    ///
+    /// # Errors
+    /// [`Error::Options`] if there are none, one is not in 0…1 or they grow.
+    pub fn ratios(ratios: Vec<f64>) -> Result<Self> {
+        if ratios.iter().any(|ratio| !(*ratio > 0.0 && *ratio <= 1.0)) {
+            return Err(Error::Options { what: "each ratio must lie above 0 and up to 1".into() });
+        }
+        if ratios.is_empty() || ratios.windows(2).any(|pair| pair[0] < pair[1]) {
+            return Err(Error::Options { what: "ratios must be given from fine to coarse".into() });
+        }
+        Ok(Self::Ratios(ratios))
+    }
+
+    /// Triangle counts.
+    ///
+    /// # Errors
+    /// [`Error::Options`] if there are none, one is 0 or they grow.
+    pub fn triangles(counts: Vec<usize>) -> Result<Self> {
+        if counts.contains(&0) {
+            return Err(Error::Options { what: "a level must have at least one triangle".into() });
+        }
+        if counts.is_empty() || counts.windows(2).any(|pair| pair[0] < pair[1]) {
+            let what = "triangle counts must be given from fine to coarse".into();
+            return Err(Error::Options { what });
+        }
+        Ok(Self::Triangles(counts))
+    }
+
+    /// How many levels there are to be.
+    pub fn count(&self) -> usize {
+        match self {
+            Self::Ratios(ratios) => ratios.len(),
+            Self::Triangles(counts) => counts.len(),
+        }
+    }
+
+    /// The triangles of each level of a source of `total` triangles, 1 at least.
+    pub fn counts(&self, total: usize) -> Vec<usize> {
+        let count = |share: f64| ((total as f64 * share).round() as usize).max(1);
+        self.shares(total).into_iter().map(count).collect()
+    }
+
+    /// The shares of a source of `total` triangles.
+    pub fn shares(&self, total: usize) -> Vec<f64> {
+        match self {
+            Self::Ratios(ratios) => ratios.clone(),
+            Self::Triangles(counts) => {
+                counts.iter().map(|&count| (count as f64 / total as f64).min(1.0)).collect()
+            }
+        }
+    }
+}
+
+/// What becomes of an asset's textures.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Textures {
+    /// Each level has its own, sampled from the surface of the source; what can't be told apart in
+    /// its layout is shared as in a repair.
+    Transfer(TransferOptions),
+    /// All levels share the source's, with every texel that no chart covers filled.
+    Repair,
+    /// All levels share the source's as they are.
+    Keep,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn levels_are_seen_at_the_sizes_of_the_screen() {
+        let screen = Screen { pixel_tolerance: 0.5, ..Screen::default() };
+        let options = BakeOptions { screen, ..BakeOptions::default() };
+        assert_eq!(options.evaluation().map(|options| options.pixel_tolerance), Some(0.5));
+    }
+
+    #[test]
+    fn four_halves_are_the_default() {
+        assert_eq!(Targets::default().shares(1000), [0.5, 0.25, 0.125, 0.0625]);
+    }
+
+    #[test]
+    fn counts_become_shares_and_never_more_than_all() {
+        let targets = Targets::triangles(vec![2000, 100]).unwrap();
+        assert_eq!(targets.shares(1000), [1.0, 0.1]);
+    }
+
+    #[test]
+    fn targets_that_make_no_sense_are_refused() {
+        for ratios in [vec![], vec![0.0], vec![1.5], vec![f64::NAN], vec![0.1, 0.5]] {
+            assert!(Targets::ratios(ratios).is_err());
+        }
+        assert!(Targets::triangles(vec![5, 9]).is_err());
+        assert!(Targets::triangles(vec![0]).is_err());
+    }
+}

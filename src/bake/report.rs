@@ -1,0 +1,76 @@
+//! What a bake tells of its source and its levels.
+
+use seamwise_attr::Level;
+
+use super::input::Input;
+use super::options::{BakeOptions, BudgetPer};
+use super::simplify::triangle_count;
+use super::steering::MeshSteering;
+use crate::document::asset::Asset;
+use crate::export::bundle::Measured;
+use crate::level::{DressedLevel, LevelMesh};
+use crate::report::{InputReport, LevelReport};
+use crate::surface::geometry::Geometry;
+
+pub(crate) fn input_report(
+    input: Input<'_>,
+    asset: &Asset,
+    geometries: &[Geometry],
+) -> InputReport {
+    let meshes = geometries.iter().map(|geometry| &geometry.welded);
+    InputReport {
+        file: match input {
+            Input::File(path) => path.display().to_string(),
+            Input::Bytes(_, name) => name.to_owned(),
+        },
+        meshes: geometries.iter().map(|geometry| geometry.meshes.len()).sum(),
+        triangles: triangle_count(geometries),
+        points: meshes.clone().map(|welded| welded.mesh.positions.len()).sum(),
+        wedges: meshes.clone().map(|welded| welded.mesh.wedge_points.len()).sum(),
+        degenerate_triangles: meshes.map(|welded| welded.degenerate).sum(),
+        missing_images: asset.missing_images(),
+    }
+}
+
+pub(crate) fn level_reports(
+    dressed: &[DressedLevel<'_>],
+    chains: &[Vec<Level>],
+    steering: &[MeshSteering],
+    options: &BakeOptions,
+    measured: Option<&Measured>,
+) -> Vec<LevelReport> {
+    let triangles = |mesh: &LevelMesh<'_>| mesh.geometry.welded.mesh.triangles.len();
+    let total = dressed.first().map_or(0, |level| level.meshes.iter().map(triangles).sum());
+    let shares = options.targets.shares(total);
+    let sizes = measured.map(|measured| options.screen.largest_sizes(measured.distances()));
+    let counts = options.targets.counts(total);
+    let report = |(index, share): (usize, &f64)| {
+        let levels = || chains.iter().map(|chain| &chain[index]);
+        let target = match options.budget_per {
+            BudgetPer::Mesh => levels().map(|level| level.target).sum(),
+            BudgetPer::Scene => counts[index],
+        };
+        let stopped: Vec<_> = levels().filter_map(|level| level.stopped).collect();
+        LevelReport {
+            ratio: *share,
+            target,
+            triangles: levels().map(|level| level.mesh.triangles.len()).sum(),
+            points: levels().map(|level| level.mesh.positions.len()).sum(),
+            wedges: levels().map(|level| level.mesh.wedge_points.len()).sum(),
+            error: levels()
+                .zip(steering)
+                .map(|(level, steering)| level.error * steering.stretch())
+                .fold(0.0, f64::max),
+            draw_calls: dressed[index].meshes.iter().map(LevelMesh::draw_calls).sum(),
+            texture_bytes: dressed[index].textures.bytes(),
+            reached: stopped.is_empty(),
+            why: stopped.first().map(|stop| match chains.len() {
+                1 => stop.to_string(),
+                surfaces => format!("in {} of {surfaces} surfaces {stop}", stopped.len()),
+            }),
+            largest_size_pixels: sizes.as_ref().map(|sizes| sizes[index]),
+            metrics: measured.map(|measured| measured.metrics[index]),
+        }
+    };
+    shares.iter().enumerate().map(report).collect()
+}

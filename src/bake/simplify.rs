@@ -1,0 +1,103 @@
+//! The levels of every surface of an asset: simplified and polished, the surfaces in parallel.
+
+use std::sync::atomic::AtomicUsize;
+
+use rayon::prelude::*;
+use seamwise_attr::{Level, Polish, Shared, polish_chain, simplify_chain, simplify_together};
+
+use super::options::{BakeOptions, BudgetPer};
+use super::steering::MeshSteering;
+use crate::error::{Error, Result};
+use crate::progress::Progress;
+use crate::surface::geometry::Geometry;
+
+/// The levels of each surface. `steering` holds what is asked of each.
+pub(crate) fn simplify_all(
+    geometries: &[Geometry],
+    steering: &[MeshSteering],
+    options: &BakeOptions,
+    progress: &Progress,
+) -> Result<Vec<Vec<Level>>> {
+    let least = options.targets.counts(triangle_count(geometries)).last().copied();
+    let to_remove = least.map_or(0, |least| triangle_count(geometries) - least);
+    let simplify = |removed: &AtomicUsize| match options.budget_per {
+        BudgetPer::Scene if geometries.len() > 1 => {
+            together(geometries, steering, options, removed)
+        }
+        BudgetPer::Scene | BudgetPer::Mesh => {
+            apart(geometries, steering, options, (progress, removed))
+        }
+    };
+    progress.stage("simplify", to_remove, simplify)
+}
+
+fn internal(error: &seamwise_attr::Error) -> Error {
+    Error::Internal { what: error.to_string() }
+}
+
+/// Each surface to its own targets, the surfaces in parallel.
+fn apart(
+    geometries: &[Geometry],
+    steering: &[MeshSteering],
+    options: &BakeOptions,
+    (progress, removed): (&Progress, &AtomicUsize),
+) -> Result<Vec<Vec<Level>>> {
+    let shares = options.targets.shares(triangle_count(geometries));
+    let simplify = |(geometry, steering): (&Geometry, &MeshSteering)| {
+        progress.check("simplify")?;
+        let targets = targets(geometry, &shares);
+        simplify_chain(&geometry.welded.mesh, &targets, &steering.options(), removed)
+            .map_err(|error| internal(&error))
+    };
+    geometries.par_iter().zip(steering).map(simplify).collect()
+}
+
+/// All surfaces to the same targets.
+fn together(
+    geometries: &[Geometry],
+    steering: &[MeshSteering],
+    options: &BakeOptions,
+    removed: &AtomicUsize,
+) -> Result<Vec<Vec<Level>>> {
+    let surfaces: Vec<Shared<'_>> = geometries
+        .iter()
+        .zip(steering)
+        .map(|(geometry, steering)| Shared {
+            mesh: &geometry.welded.mesh,
+            options: steering.options(),
+            stretches: steering.stretches(),
+        })
+        .collect();
+    let counts = options.targets.counts(triangle_count(geometries));
+    simplify_together(&surfaces, &counts, removed).map_err(|error| internal(&error))
+}
+
+/// Fits the levels to their surfaces, the surfaces in parallel. `steering` holds what is asked of each.
+pub(crate) fn polish_all(
+    geometries: &[Geometry],
+    chains: &mut [Vec<Level>],
+    steering: &[MeshSteering],
+    polish: &Polish,
+    progress: &Progress,
+) -> Result<()> {
+    let levels = chains.iter().map(Vec::len).sum();
+    progress.stage("polish", levels, |done| {
+        geometries.par_iter().zip(chains).zip(steering).try_for_each(
+            |((geometry, levels), steering)| {
+                progress.check("polish")?;
+                polish_chain(&geometry.welded.mesh, levels, &steering.options(), polish, done)
+                    .map_err(|error| internal(&error))
+            },
+        )
+    })
+}
+
+/// The triangles each level of a surface is to have.
+fn targets(geometry: &Geometry, shares: &[f64]) -> Vec<usize> {
+    let own = geometry.welded.mesh.triangles.len() as f64;
+    shares.iter().map(|share| ((own * share).round() as usize).max(1)).collect()
+}
+
+pub(crate) fn triangle_count(geometries: &[Geometry]) -> usize {
+    geometries.iter().map(|geometry| geometry.welded.mesh.triangles.len()).sum()
+}

@@ -1,0 +1,227 @@
+//! What the user asks of the descent, as options and lists over the points of each mesh.
+
+mod colors;
+mod importance;
+mod scene_box;
+mod values;
+
+use seamwise_attr::{Cost, Options, Placement, Weights};
+
+use crate::document::asset::Asset;
+use crate::document::nodes::{largest_stretch, mesh_worlds, stretches};
+use crate::error::{Error, Result};
+use crate::limit::MemoryLimit;
+use crate::surface::geometry::Geometry;
+use colors::Colors;
+pub use importance::Importance;
+use importance::Map;
+use scene_box::SceneBox;
+use values::{check_attribute, material, point_values, points_of};
+
+/// Beyond this share of the scene's diagonal a level is no level of the source any more.
+pub const MAX_DEVIATION: f64 = 0.025;
+
+/// The share of its area that a surface may lose as borders recede and shells vanish, while the deviation
+/// is limited.
+const MAX_LOST_AREA: f64 = 0.1;
+
+/// What orders the collapses.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Order {
+    /// What they cost in shape, texture, shading and vertex color.
+    #[default]
+    Quadric,
+    /// What they cost in shape alone.
+    Geometry,
+    /// The length of their edges.
+    EdgeLength,
+}
+
+/// What a descent is to keep to, beyond its targets.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Steering {
+    /// What orders the collapses.
+    pub order: Order,
+    /// Where merged points go.
+    pub placement: Placement,
+    /// No collapse may have an error above this, in the units of the scene.
+    pub max_error: Option<f64>,
+    /// How far the surface may end from the source, as a share of the diagonal of the scene's bounding box,
+    /// if not as far as the targets take it: see [`MAX_DEVIATION`].
+    pub max_deviation: Option<f64>,
+    /// No triangle may turn by more than this in a collapse, in degrees above 0 and up to 90.
+    pub max_turn: f64,
+    /// Points of two shells nearer than this, in the units of the scene, may merge.
+    pub join_distance: Option<f64>,
+    /// Whether the enclosed volume stays what it is.
+    pub keep_volume: bool,
+    /// Materials by name: the points of their triangles stay as they are, in descent and polish.
+    pub lock_materials: Vec<String>,
+    /// A vertex attribute of one component: points where it is above 0.5 stay as they are.
+    pub lock_attribute: Option<String>,
+    /// What counts more than the rest.
+    pub importance: Importance,
+}
+
+/// What is asked of one mesh.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct MeshSteering {
+    /// How much longer a length of the mesh gets, at most, each time that the scene shows it.
+    stretches: Vec<f64>,
+    order: Order,
+    placement: Placement,
+    /// In the units of the mesh.
+    max_error: Option<f64>,
+    max_deviation: Option<f64>,
+    max_turn: f64,
+    /// In the units of the mesh.
+    join_distance: Option<f64>,
+    keep_volume: bool,
+    /// One per point, or empty.
+    locked: Vec<bool>,
+    importance: Vec<f32>,
+    colors: Vec<[f32; 3]>,
+}
+
+impl Default for Steering {
+    fn default() -> Self {
+        Self {
+            order: Order::default(),
+            placement: Placement::default(),
+            max_error: None,
+            max_deviation: Some(MAX_DEVIATION),
+            max_turn: Options::default().max_turn,
+            join_distance: None,
+            keep_volume: false,
+            lock_materials: Vec::new(),
+            lock_attribute: None,
+            importance: Importance::default(),
+        }
+    }
+}
+
+impl Steering {
+    /// Checks that the figures make sense.
+    ///
+    /// # Errors
+    /// [`Error::Options`] if one does not.
+    pub fn check(&self) -> Result<()> {
+        let refuse = |what: &str| Err(Error::Options { what: what.into() });
+        if self.max_error.is_some_and(|error| error.is_nan() || error < 0.0) {
+            return refuse("the error limit must be 0 or more");
+        }
+        if !(self.max_turn > 0.0 && self.max_turn <= 90.0) {
+            return refuse("a turn must be above 0 and at most 90 degrees");
+        }
+        if self.join_distance.is_some_and(|x| !x.is_finite() || x < 0.0) {
+            return refuse("the distance to join across must be 0 or more");
+        }
+        if self.keep_volume && self.placement != Placement::Best {
+            return refuse("the volume can only be kept with the best placement");
+        }
+        self.importance.check()
+    }
+
+    /// What is asked of each of the meshes. Decoding a map may take as much memory as `limit`.
+    ///
+    /// # Errors
+    /// [`Error::Options`] if a material or an attribute is named that is not there, with those
+    /// that are; [`Error::Io`] or [`Error::Invalid`] if a map can't be read.
+    pub(crate) fn resolve(
+        &self,
+        asset: &Asset,
+        geometries: &[Geometry],
+        limit: MemoryLimit,
+    ) -> Result<Vec<MeshSteering>> {
+        let materials = self.lock_materials.iter().map(|name| material(asset, name));
+        let materials = materials.collect::<Result<Vec<_>>>()?.concat();
+        for name in self.lock_attribute.iter().chain(&self.importance.attribute) {
+            check_attribute(geometries, name)?;
+        }
+        let read = |path| Map::read(path, limit);
+        let map = self.importance.map.as_deref().map(read).transpose()?;
+        let worlds = mesh_worlds(asset)?;
+        let scene = SceneBox::around(geometries, &worlds);
+        let mut colors = Colors::new(asset, limit);
+        let steer = |geometry: &Geometry| {
+            let worlds = worlds.get(&geometry.meshes[0]).map_or(&[][..], Vec::as_slice);
+            let (stretch, stretches) = (largest_stretch(worlds), stretches(worlds));
+            Ok(MeshSteering {
+                stretches,
+                order: self.order,
+                placement: self.placement,
+                max_error: self.max_error.map(|error| error / stretch),
+                max_deviation: self.max_deviation.map(|share| share * scene.diagonal() / stretch),
+                max_turn: self.max_turn,
+                join_distance: self.join_distance.map(|distance| distance / stretch),
+                keep_volume: self.keep_volume,
+                locked: self.locks(geometry, &materials)?,
+                importance: self.importance.of_points(geometry, map.as_ref(), worlds)?,
+                colors: match self.max_deviation {
+                    Some(_) => colors.of_points(geometry)?,
+                    None => Vec::new(),
+                },
+            })
+        };
+        geometries.iter().map(steer).collect()
+    }
+
+    /// One per point: whether it is locked. Empty if nothing is.
+    fn locks(&self, geometry: &Geometry, materials: &[usize]) -> Result<Vec<bool>> {
+        let mesh = &geometry.welded.mesh;
+        let mut locked = Vec::new();
+        for (group, part) in (0..).zip(&geometry.parts) {
+            if part.primitive.material.is_some_and(|own| materials.contains(&own)) {
+                locked.resize(mesh.positions.len(), false);
+                for point in points_of(mesh, group) {
+                    locked[point] = true;
+                }
+            }
+        }
+        if let Some(name) = &self.lock_attribute {
+            for (point, value) in point_values(geometry, name)? {
+                locked.resize(mesh.positions.len(), false);
+                locked[point] |= value > 0.5;
+            }
+        }
+        Ok(locked)
+    }
+}
+
+impl MeshSteering {
+    /// The options of its descent and polish.
+    pub(crate) fn options(&self) -> Options<'_> {
+        let weights = match self.order {
+            Order::Quadric | Order::EdgeLength => Weights::default(),
+            Order::Geometry => Weights { uv: 0.0, normal: 0.0, color: 0.0, ..Weights::default() },
+        };
+        let cost = match self.order {
+            Order::Quadric | Order::Geometry => Cost::Quadric,
+            Order::EdgeLength => Cost::EdgeLength,
+        };
+        Options {
+            weights,
+            cost,
+            placement: self.placement,
+            max_error: self.max_error,
+            max_deviation: self.max_deviation,
+            max_lost_area: MAX_LOST_AREA,
+            max_turn: self.max_turn,
+            join_distance: self.join_distance,
+            keep_volume: self.keep_volume,
+            importance: &self.importance,
+            colors: &self.colors,
+            locked: &self.locked,
+        }
+    }
+
+    /// How much longer a length of the mesh gets in the scene, at most.
+    pub(crate) fn stretch(&self) -> f64 {
+        self.stretches.iter().copied().fold(0.0, f64::max)
+    }
+
+    /// The same for each time that the scene shows it; never none.
+    pub(crate) fn stretches(&self) -> &[f64] {
+        &self.stretches
+    }
+}

@@ -1,0 +1,44 @@
+//! An input of a batch.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+use crate::bake::Input;
+use crate::bake::digest::digest;
+use crate::bake::options::BakeOptions;
+
+/// An input, and where its outputs go.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Job {
+    /// The folder of the outputs.
+    pub folder: PathBuf,
+    /// The file.
+    pub input: PathBuf,
+}
+
+impl Job {
+    /// The files that it writes.
+    pub fn outputs(&self, options: &BakeOptions) -> Vec<PathBuf> {
+        Input::File(&self.input).outputs(&self.folder, options)
+    }
+
+    /// Whether its outputs are all there, and those of this input, these options and this version.
+    pub(super) fn is_done(&self, options: &BakeOptions) -> bool {
+        let input = Input::File(&self.input);
+        let there = self.outputs(options).iter().all(|path| path.is_file());
+        there
+            && recorded(&input.report(&self.folder)).is_some_and(|(recorded, files)| {
+                // Textures beside a .gltf are told by the report alone.
+                files.iter().all(|file| self.folder.join(file).is_file())
+                    && digest(input, options).is_ok_and(|own| own == recorded)
+            })
+    }
+}
+
+/// The hash that a report holds and the files that it tells of, if it is one.
+fn recorded(report: &Path) -> Option<(String, Vec<String>)> {
+    let report: Value = serde_json::from_slice(&std::fs::read(report).ok()?).ok()?;
+    let files = report["files"].as_array()?.iter().map(|file| file.as_str().map(str::to_owned));
+    Some((report["digest"].as_str()?.to_owned(), files.collect::<Option<_>>()?))
+}

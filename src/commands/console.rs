@@ -1,0 +1,40 @@
+//! What several subcommands read and say.
+
+use std::io::Write;
+use std::path::Path;
+
+use anyhow::Result;
+
+use seamwise::document::asset::Asset;
+use seamwise::import::read_with;
+
+use crate::cli::{Common, ReadingArgs};
+
+/// Prints a result, unless the user wants none. A reader that has gone away is no failure.
+pub(crate) fn say(quiet: bool, text: &str) -> Result<()> {
+    if quiet {
+        return Ok(());
+    }
+    match std::io::stdout().write_all(text.as_bytes()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(error.into()),
+        _ => Ok(()),
+    }
+}
+
+/// Says what a user may want to mend, unless they want to hear of errors alone.
+pub(crate) fn warn(quiet: bool, input: &str, warnings: &[String]) {
+    for warning in warnings.iter().filter(|_| !quiet) {
+        eprintln!("seamwise: warning: {input}: {warning}");
+    }
+}
+
+/// Reads an asset, and warns of what is missing.
+pub(crate) fn read_warned(
+    path: &Path,
+    reading: &ReadingArgs,
+    common: Common,
+) -> seamwise::error::Result<Asset> {
+    let asset = read_with(path, reading.resolve(common))?;
+    warn(common.quiet, &path.display().to_string(), &asset.missing_images());
+    Ok(asset)
+}

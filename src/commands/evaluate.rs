@@ -1,0 +1,121 @@
+//! The comparison of candidates with a reference.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Result, anyhow, bail};
+
+use seamwise::atlas::{encode_repaired, repair_all};
+use seamwise::evaluate::Reference;
+use seamwise::evaluate::camera::Rig;
+use seamwise::evaluate::load::{TextureCache, load};
+use seamwise::evaluate::scene::Scene;
+use seamwise::evaluate::sheet::contact_sheet;
+use seamwise::export::disk::write_files;
+use seamwise::image_file::codec::{Encoding, encode};
+use seamwise::image_file::encoded::ImageFormat;
+use seamwise::report::html::evaluate_page;
+use seamwise::report::pictures::Gallery;
+use seamwise::report::{CandidateReport, EvaluateReport, ReferenceReport, ViewReport};
+
+use super::console::{read_warned, say};
+use crate::cli::{Common, EvaluateArgs};
+
+/// Compares each candidate with the reference; one that can't be compared does not stop the
+/// others. One that is compared but doubtful counts as failed.
+pub(crate) fn evaluate(args: &EvaluateArgs, common: Common) -> Result<usize> {
+    let mut cache = TextureCache::with_limit(common.memory_limit);
+    let named = |error| anyhow!("{}: {error}", args.reference.display());
+    let reference = load_reference(args, common, &mut cache).map_err(named)?;
+    let options = args.resolve();
+    let against = Reference::with_mode(&reference, options, args.mode()).map_err(named)?;
+    let mut gallery = match &args.report {
+        Some(_) => Some(Gallery::with_mode(&reference, args.mode())?),
+        None => None,
+    };
+    let (mut candidates, mut scenes) = (Vec::new(), Vec::new());
+    for path in &args.candidates {
+        let compared = load_file(path, args, common, &mut cache).and_then(|scene| {
+            let (metrics, views) = against.compare_by_view(&scene)?;
+            if let Some(gallery) = &mut gallery {
+                gallery.add(&scene)?;
+            }
+            let triangles = scene.triangles.len();
+            if args.sheet.is_some() {
+                scenes.push(scene);
+            }
+            Ok((triangles, metrics, views))
+        });
+        let candidate = CandidateReport::new(path.display().to_string(), compared);
+        if let Some(complaint) = candidate.complaint() {
+            eprintln!("seamwise: {}: {complaint}", path.display());
+        }
+        candidates.push(candidate);
+    }
+    let report = EvaluateReport {
+        schema: 1,
+        reference: ReferenceReport {
+            file: args.reference.display().to_string(),
+            triangles: reference.triangles.len(),
+            diagonal: against.diagonal(),
+        },
+        mode: args.mode(),
+        views: ViewReport::of(against.rig()),
+        candidates,
+    };
+    say(common.quiet, &report.to_table())?;
+    let mut files = evaluation_files(args, &report, gallery.as_ref())?;
+    if let Some(path) = &args.sheet {
+        let rig = Rig::around(&reference, args.sheet_views.into(), options.resolution);
+        let sheet = contact_sheet(&reference, &scenes, &rig, args.mode()).into();
+        files.push((path.clone(), encode(&sheet, ImageFormat::Png)?.bytes.to_vec()));
+    }
+    write_files(&files)?;
+    if report.candidates.iter().all(|candidate| candidate.failure.is_some()) {
+        bail!("nothing was compared");
+    }
+    Ok(report.candidates.iter().filter_map(CandidateReport::complaint).count())
+}
+
+/// The report in each of the forms that are asked for.
+fn evaluation_files(
+    args: &EvaluateArgs,
+    report: &EvaluateReport,
+    gallery: Option<&Gallery>,
+) -> Result<Vec<(PathBuf, Vec<u8>)>> {
+    let mut files = Vec::new();
+    if let Some(path) = &args.json {
+        files.push((path.clone(), report.to_json()?.into_bytes()));
+    }
+    if let Some(path) = &args.csv {
+        files.push((path.clone(), report.to_csv()?.into_bytes()));
+    }
+    if let (Some(path), Some(gallery)) = (&args.report, gallery) {
+        files.push((path.clone(), evaluate_page(report, gallery)?.into_bytes()));
+    }
+    Ok(files)
+}
+
+fn load_reference(
+    args: &EvaluateArgs,
+    common: Common,
+    cache: &mut TextureCache,
+) -> seamwise::error::Result<Scene> {
+    let mut asset = read_warned(&args.reference, &args.reading, common)?;
+    if args.clean_reference {
+        asset.images = encode_repaired(
+            &asset,
+            &repair_all(&asset, common.memory_limit)?,
+            Encoding::default(),
+        )?;
+    }
+    load(&asset, cache)
+}
+
+fn load_file(
+    path: &Path,
+    args: &EvaluateArgs,
+    common: Common,
+    cache: &mut TextureCache,
+) -> seamwise::error::Result<Scene> {
+    load(&read_warned(path, &args.reading, common)?, cache)
+}

@@ -1,0 +1,14 @@
+//! The subcommands. Each returns how many of its inputs failed.
+
+mod bake;
+mod console;
+mod evaluate;
+mod inspect;
+mod repair;
+mod select;
+
+pub(crate) use bake::bake;
+pub(crate) use evaluate::evaluate;
+pub(crate) use inspect::inspect;
+pub(crate) use repair::repair;
+pub(crate) use select::select;

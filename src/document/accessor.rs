@@ -1,0 +1,377 @@
+//! Typed reading of any glTF accessor (glTF 2.0 §3.6.2): every component type, normalized,
+//! strided, sparse, or without a buffer view.
+//!
+//! Whatever an accessor looks like in the file, it is first made tight: `count` elements one after
+//! the other. Every size is checked against the bytes there are before anything is allocated.
+
+use gltf::json::accessor::{Accessor as Json, ComponentType, Type, sparse::Sparse};
+use gltf::json::validation::Checked;
+
+use super::asset::Asset;
+use crate::error::{Error, Result};
+
+/// Most bytes of zeros that an accessor without a buffer view may stand for, per byte of all
+/// buffers: zeros cost a file nothing, so nothing else bounds them. In earnest they lie under the
+/// sparse values of a morph target, which has as many elements as there are positions, each of at
+/// most twice the size.
+const ZEROS_PER_BYTE: usize = 4;
+
+/// An accessor's elements, one after the other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Elements {
+    /// `count · components · component.size()` bytes, little-endian.
+    pub bytes: Vec<u8>,
+    /// What each component is.
+    pub component: ComponentType,
+    /// Components per element.
+    pub components: usize,
+    /// Whether integers stand for 0…1 or −1…1.
+    pub normalized: bool,
+}
+
+/// Reads the accessor at `index`; `at` is the place that refers to it.
+///
+/// # Errors
+/// [`Error::Invalid`] if it is missing, malformed or runs past its data.
+pub fn read(asset: &Asset, index: usize, at: &str) -> Result<Elements> {
+    if index >= asset.count("accessors") {
+        return Err(Error::invalid(at, format!("there is no accessor {index}")));
+    }
+    let at = format!("/accessors/{index}");
+    let (json, component, components) = parse(asset, &at)?;
+    let size = component.size() * components;
+    let count = usize::try_from(json.count.0).unwrap_or(usize::MAX);
+    let mut bytes = match json.buffer_view {
+        Some(view) => {
+            let offset = json.byte_offset.unwrap_or_default().0;
+            tight(asset, &at, view.value(), Run { offset, count, size })?
+        }
+        None => vec![0; zeros(asset, &at, count, size)?],
+    };
+    if let Some(sparse) = &json.sparse {
+        replace_sparse(asset, &at, sparse, &mut bytes, size)?;
+    }
+    Ok(Elements { bytes, component, components, normalized: json.normalized })
+}
+
+/// How many elements an accessor has, and how many bytes they take together: checked as [`read`] does,
+/// and nothing is copied.
+///
+/// # Errors
+/// As [`read`].
+pub(crate) fn measure(asset: &Asset, index: usize) -> Result<[u64; 2]> {
+    let at = format!("/accessors/{index}");
+    let (json, component, components) = parse(asset, &at)?;
+    let size = component.size() * components;
+    let count = usize::try_from(json.count.0).unwrap_or(usize::MAX);
+    match json.buffer_view {
+        Some(view) => {
+            let offset = json.byte_offset.unwrap_or_default().0;
+            Run { offset, count, size }.within(asset, &at, view.value())?;
+        }
+        None => drop(zeros(asset, &at, count, size)?),
+    }
+    Ok([count as u64, (count * size) as u64])
+}
+
+/// The bytes of an accessor without a buffer view, if it may have so many.
+fn zeros(asset: &Asset, at: &str, count: usize, size: usize) -> Result<usize> {
+    let there: usize = asset.buffers.iter().map(Vec::len).sum();
+    let bytes = count.checked_mul(size).filter(|&bytes| bytes / ZEROS_PER_BYTE <= there);
+    bytes.ok_or_else(|| Error::invalid(at, format!("{count} elements without data")))
+}
+
+/// An accessor's description, with the type of its components and how many an element has.
+fn parse(asset: &Asset, at: &str) -> Result<(Json, ComponentType, usize)> {
+    let json: Json = asset.parse(at)?;
+    let (Checked::Valid(component), Checked::Valid(shape)) = (json.component_type, json.type_)
+    else {
+        return Err(Error::invalid(at, "unknown component type or element type"));
+    };
+    if matches!(shape, Type::Mat2 | Type::Mat3 | Type::Mat4) {
+        return Err(Error::invalid(at, "a matrix where a number or a vector belongs"));
+    }
+    Ok((json, component.0, shape.multiplicity()))
+}
+
+/// Bytes that the accessor at a JSON pointer takes in its buffers.
+///
+/// # Errors
+/// [`Error::Invalid`] if it is missing or malformed.
+pub(crate) fn stored_bytes(asset: &Asset, at: &str) -> Result<usize> {
+    let (json, component, components) = parse(asset, at)?;
+    let size = component.size() * components;
+    let times = |count: u64, size: usize| (count as usize).saturating_mul(size);
+    let dense = json.buffer_view.map_or(0, |_| times(json.count.0, size));
+    let Some(sparse) = json.sparse else { return Ok(dense) };
+    let index = match sparse.indices.component_type {
+        Checked::Valid(component) => component.0.size(),
+        Checked::Invalid => 0,
+    };
+    Ok(dense.saturating_add(times(sparse.count.0, index + size)))
+}
+
+/// How the elements of the accessor at a JSON pointer are stored, but none of them.
+///
+/// # Errors
+/// [`Error::Invalid`] if it is missing or malformed.
+#[cfg(feature = "draco")]
+pub(crate) fn without_elements(asset: &Asset, at: &str) -> Result<Elements> {
+    let (json, component, components) = parse(asset, at)?;
+    Ok(Elements { bytes: Vec::new(), component, components, normalized: json.normalized })
+}
+
+/// `count` elements of `size` bytes, from `offset` on.
+#[derive(Clone, Copy)]
+struct Run {
+    offset: u64,
+    count: usize,
+    size: usize,
+}
+
+impl Run {
+    /// The bytes of a buffer view from its first element on, and how far apart they are; an error if
+    /// they run past its end.
+    fn within<'a>(&self, asset: &'a Asset, at: &str, view: usize) -> Result<(&'a [u8], usize)> {
+        let (bytes, view_json) = asset.view(view)?;
+        let Self { offset, count, size } = *self;
+        let stride = view_json.byte_stride.map_or(size, |stride| stride.0);
+        let start = usize::try_from(offset).unwrap_or(usize::MAX);
+        let length = count
+            .checked_sub(1)
+            .map_or(Some(0), |last| last.checked_mul(stride).and_then(|at| at.checked_add(size)));
+        let end = length.and_then(|length| length.checked_add(start));
+        let there = end.and_then(|end| bytes.get(start..end)).filter(|_| stride >= size);
+        let past_end = || {
+            let what = format!(
+                "{count} elements of {size} bytes, {stride} apart, run past /bufferViews/{view} of {} bytes",
+                bytes.len()
+            );
+            Error::invalid(at, what)
+        };
+        Ok((there.ok_or_else(past_end)?, stride))
+    }
+}
+
+/// Copies elements out of a buffer view.
+fn tight(asset: &Asset, at: &str, view: usize, run: Run) -> Result<Vec<u8>> {
+    let (bytes, stride) = run.within(asset, at, view)?;
+    let Run { count, size, .. } = run;
+    if stride == size {
+        return Ok(bytes[..count * size].to_vec());
+    }
+    let mut out = Vec::with_capacity(count * size);
+    for element in 0..count {
+        out.extend_from_slice(&bytes[element * stride..][..size]);
+    }
+    Ok(out)
+}
+
+/// Puts a sparse accessor's own values over its elements.
+fn replace_sparse(
+    asset: &Asset,
+    at: &str,
+    sparse: &Sparse,
+    elements: &mut [u8],
+    size: usize,
+) -> Result<()> {
+    let at = format!("{at}/sparse");
+    let count = usize::try_from(sparse.count.0).unwrap_or(usize::MAX);
+    let Checked::Valid(component) = sparse.indices.component_type else {
+        return Err(Error::invalid(at, "unknown component type of its indices"));
+    };
+    let component = component.0;
+    let run = Run { offset: sparse.indices.byte_offset.0, count, size: component.size() };
+    let indices = tight(asset, &at, sparse.indices.buffer_view.value(), run)?;
+    let run = Run { offset: sparse.values.byte_offset.0, count, size };
+    let values = tight(asset, &at, sparse.values.buffer_view.value(), run)?;
+    let indices = Elements { bytes: indices, component, components: 1, normalized: false };
+    for (index, value) in indices.indices(&at)?.into_iter().zip(values.chunks_exact(size)) {
+        let start = index as usize * size;
+        let Some(element) = elements.get_mut(start..start + size) else {
+            return Err(Error::invalid(at, format!("index {index} is past its accessor's end")));
+        };
+        element.copy_from_slice(value);
+    }
+    Ok(())
+}
+
+impl Elements {
+    /// Bytes of one element.
+    pub fn size(&self) -> usize {
+        self.component.size() * self.components
+    }
+
+    /// Number of elements.
+    pub fn count(&self) -> usize {
+        self.bytes.len() / self.size()
+    }
+
+    /// The bytes of one element.
+    pub fn element(&self, index: usize) -> &[u8] {
+        &self.bytes[index * self.size()..][..self.size()]
+    }
+
+    /// All components as floats, normalized integers mapped to 0…1 or −1…1 (glTF 2.0 §3.6.2.2).
+    pub fn floats(&self) -> Vec<f32> {
+        self.decode(&self.bytes)
+    }
+
+    /// The components of one element as floats, as [`Elements::floats`] gives them.
+    pub fn row(&self, index: usize) -> Vec<f32> {
+        self.decode(self.element(index))
+    }
+
+    fn decode(&self, bytes: &[u8]) -> Vec<f32> {
+        let signed = |value: f32, most: f32| {
+            if self.normalized { (value / most).max(-1.0) } else { value }
+        };
+        let unsigned = |value: f32, most: f32| if self.normalized { value / most } else { value };
+        match self.component {
+            ComponentType::I8 => bytes.iter().map(|&b| signed(f32::from(b as i8), 127.0)).collect(),
+            ComponentType::U8 => bytes.iter().map(|&b| unsigned(f32::from(b), 255.0)).collect(),
+            ComponentType::I16 => {
+                words(bytes).map(|b| signed(f32::from(i16::from_le_bytes(b)), 32767.0)).collect()
+            }
+            ComponentType::U16 => {
+                words(bytes).map(|b| unsigned(f32::from(u16::from_le_bytes(b)), 65535.0)).collect()
+            }
+            ComponentType::U32 => words(bytes).map(|b| u32::from_le_bytes(b) as f32).collect(),
+            ComponentType::F32 => words(bytes).map(f32::from_le_bytes).collect(),
+        }
+    }
+
+    /// Floats as components of this type, the inverse of [`Elements::floats`]: integers are the
+    /// nearest there are.
+    pub fn encode(&self, values: impl IntoIterator<Item = f32>) -> Vec<u8> {
+        let scaled =
+            |x: f32, most: f32| if self.normalized { (x * most).round() } else { x.round() };
+        let values = values.into_iter();
+        match self.component {
+            ComponentType::I8 => values.map(|x| scaled(x, 127.0) as i8 as u8).collect(),
+            ComponentType::U8 => values.map(|x| scaled(x, 255.0) as u8).collect(),
+            ComponentType::I16 => {
+                values.flat_map(|x| (scaled(x, 32767.0) as i16).to_le_bytes()).collect()
+            }
+            ComponentType::U16 => {
+                values.flat_map(|x| (scaled(x, 65535.0) as u16).to_le_bytes()).collect()
+            }
+            ComponentType::U32 => values.flat_map(|x| (x.round() as u32).to_le_bytes()).collect(),
+            ComponentType::F32 => values.flat_map(f32::to_le_bytes).collect(),
+        }
+    }
+
+    /// How an element is stored: component type, components, and whether integers are normalized.
+    pub fn shape(&self) -> (ComponentType, usize, bool) {
+        (self.component, self.components, self.normalized)
+    }
+
+    /// All components as indices.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] if they are not unsigned integers.
+    pub fn indices(&self, at: &str) -> Result<Vec<u32>> {
+        let bytes = &self.bytes;
+        match self.component {
+            ComponentType::U8 => Ok(bytes.iter().map(|&b| u32::from(b)).collect()),
+            ComponentType::U16 => {
+                Ok(words(bytes).map(|b| u32::from(u16::from_le_bytes(b))).collect())
+            }
+            ComponentType::U32 => Ok(words(bytes).map(u32::from_le_bytes).collect()),
+            _ => Err(Error::invalid(at, "indices must be unsigned integers")),
+        }
+    }
+}
+
+/// The little-endian words of a byte string.
+fn words<const N: usize>(bytes: &[u8]) -> impl Iterator<Item = [u8; N]> + '_ {
+    bytes.as_chunks::<N>().0.iter().copied()
+}
+
+/// Attributes by name.
+pub(crate) type Named = (String, Elements);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::{Value, json};
+
+    fn asset(accessor: &Value, views: &Value, bytes: &[u8]) -> Asset {
+        Asset {
+            json: json!({"accessors": [accessor], "bufferViews": views}),
+            buffers: vec![bytes.to_vec()],
+            images: Vec::new(),
+        }
+    }
+
+    fn floats(accessor: &Value, views: &Value, bytes: &[u8]) -> Vec<f32> {
+        read(&asset(accessor, views, bytes), 0, "/test").unwrap().floats()
+    }
+
+    #[test]
+    fn each_component_type_is_read_and_normalized() {
+        let view = json!([{"buffer": 0, "byteLength": 4}]);
+        let read = |component: u32, count: u32, normalized: bool, bytes: &[u8]| {
+            let accessor = json!({"bufferView": 0, "componentType": component, "count": count,
+                "type": "SCALAR", "normalized": normalized});
+            floats(&accessor, &view, bytes)
+        };
+        assert_eq!(read(5121, 2, true, &[255, 51, 0, 0]), [1.0, 0.2]);
+        assert_eq!(read(5121, 2, false, &[255, 51, 0, 0]), [255.0, 51.0]);
+        assert_eq!(read(5120, 2, true, &[127, 128, 0, 0]), [1.0, -1.0]);
+        assert_eq!(read(5123, 1, true, &[255, 255, 0, 0]), [1.0]);
+        assert_eq!(read(5122, 2, true, &[255, 127, 0, 128]), [1.0, -1.0]);
+        assert_eq!(read(5125, 1, false, &[1, 1, 0, 0]), [257.0]);
+        assert_eq!(read(5126, 1, false, &2.5f32.to_le_bytes()), [2.5]);
+    }
+
+    #[test]
+    fn what_is_encoded_is_read_back() {
+        for (component, normalized) in [
+            (ComponentType::I8, true),
+            (ComponentType::U8, true),
+            (ComponentType::I16, true),
+            (ComponentType::U16, true),
+            (ComponentType::U8, false),
+            (ComponentType::I16, false),
+            (ComponentType::F32, false),
+        ] {
+            let mut elements = Elements { bytes: Vec::new(), component, components: 2, normalized };
+            elements.bytes = elements.encode([1.0, 0.0, 0.0, 1.0, 1.0, 1.0]);
+            assert_eq!(elements.floats(), [1.0, 0.0, 0.0, 1.0, 1.0, 1.0]);
+            assert_eq!(elements.row(1), [0.0, 1.0]);
+        }
+    }
+
+    #[test]
+    fn strided_elements_are_made_tight() {
+        let accessor = json!({"bufferView": 0, "componentType": 5121, "count": 2, "type": "VEC3",
+            "byteOffset": 1});
+        let views = json!([{"buffer": 0, "byteLength": 8, "byteStride": 4}]);
+        assert_eq!(floats(&accessor, &views, &[0, 1, 2, 3, 0, 4, 5, 6]), [1., 2., 3., 4., 5., 6.]);
+    }
+
+    #[test]
+    fn sparse_values_replace_what_lies_below_or_zeros() {
+        let sparse = json!({"count": 1, "indices": {"bufferView": 0, "componentType": 5121},
+            "values": {"bufferView": 1}});
+        let accessor =
+            json!({"componentType": 5121, "count": 3, "type": "SCALAR", "sparse": sparse});
+        let views = json!([{"buffer": 0, "byteLength": 1}, {"buffer": 0, "byteOffset": 1, "byteLength": 1}]);
+        assert_eq!(floats(&accessor, &views, &[2, 9]), [0.0, 0.0, 9.0]);
+    }
+
+    #[test]
+    fn what_runs_past_its_data_is_an_error_before_it_is_memory() {
+        let views = json!([{"buffer": 0, "byteLength": 8}]);
+        for (count, offset) in [(3u64, 0u64), (2, 1), (u64::MAX, 0), (1, u64::MAX)] {
+            let accessor = json!({"bufferView": 0, "componentType": 5126, "count": count,
+                "type": "SCALAR", "byteOffset": offset});
+            let error = read(&asset(&accessor, &views, &[0; 8]), 0, "/test").unwrap_err();
+            assert!(error.to_string().starts_with("/accessors/0"), "{error}");
+        }
+        let zeros = json!({"componentType": 5126, "count": u64::MAX, "type": "VEC4"});
+        assert!(read(&asset(&zeros, &json!([]), &[]), 0, "/test").is_err());
+        assert!(read(&asset(&json!({}), &json!([]), &[]), 7, "/test").is_err());
+    }
+}

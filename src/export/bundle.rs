@@ -1,0 +1,80 @@
+//! The levels of a bake as documents, each with its name and what it was measured to be off by.
+
+use serde_json::{Value, json};
+
+use super::certificate::{certificate, certify};
+use super::document::{Coverage, chain_asset};
+use super::files::{Layout, OutputOptions};
+use crate::document::asset::Asset;
+use crate::error::Result;
+use crate::evaluate::Metrics;
+use crate::image_file::encoded::EncodedImage;
+use crate::level::DressedLevel;
+use crate::screen::Screen;
+
+/// What all files of a bake are made from.
+pub(crate) struct Chain<'a> {
+    pub(crate) asset: &'a Asset,
+    pub(crate) levels: &'a [DressedLevel<'a>],
+    pub(crate) images: &'a [EncodedImage],
+    pub(crate) output: OutputOptions,
+    /// What the certificates are reckoned for.
+    pub(crate) screen: Screen,
+}
+
+impl Chain<'_> {
+    /// The documents of the levels, certified if they were measured, and the one of all of them if
+    /// there is to be one; each with its name.
+    pub(crate) fn documents(
+        &self,
+        mut levels: Vec<Asset>,
+        measured: Option<&Measured>,
+        stem: &str,
+    ) -> Result<Vec<(String, Asset)>> {
+        let certificates = measured.map(|measured| self.certificates(measured));
+        for (level, certificate) in levels.iter_mut().zip(certificates.iter().flatten()) {
+            certify(level, certificate.clone());
+        }
+        let (output, screen) = (self.output, &self.screen);
+        if output.layout != Layout::Apart {
+            let sizes = measured.map(|measured| screen.largest_sizes(measured.distances()));
+            let coverage = measured.zip(sizes.as_deref()).map(|(measured, sizes)| Coverage {
+                screen,
+                sizes,
+                diagonal: measured.diagonal,
+            });
+            let coverage = coverage.as_ref();
+            let mut all = chain_asset(self.asset, self.levels, self.images, output, coverage)?;
+            if let Some(certificates) = certificates {
+                certify(&mut all, json!({"levels": certificates}));
+            }
+            levels.push(all);
+        }
+        let names = output.names(stem, self.levels.len());
+        Ok(names.into_iter().zip(levels).collect())
+    }
+
+    /// What the levels were measured to be, the finest first.
+    fn certificates(&self, measured: &Measured) -> Vec<Value> {
+        let of_level = |(index, metrics): (usize, &Metrics)| {
+            let triangles = self.levels[index].meshes.iter().map(|mesh| mesh.triangles).sum();
+            certificate(index + 1, metrics, triangles, &self.screen)
+        };
+        measured.metrics.iter().enumerate().map(of_level).collect()
+    }
+}
+
+/// What the evaluation of the levels found.
+pub(crate) struct Measured {
+    /// One per level.
+    pub(crate) metrics: Vec<Metrics>,
+    /// Of the source's bounding box, in world units.
+    pub(crate) diagonal: f64,
+}
+
+impl Measured {
+    /// The RMS distance of each level.
+    pub(crate) fn distances(&self) -> impl Iterator<Item = f64> {
+        self.metrics.iter().map(|metrics| metrics.distance_rms)
+    }
+}

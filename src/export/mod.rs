@@ -1,0 +1,11 @@
+//! Levels out: as documents, and documents as files on a disk.
+
+pub(crate) mod bundle;
+pub mod certificate;
+pub mod disk;
+pub mod document;
+pub mod files;
+pub mod glb;
+mod lod_nodes;
+mod materials;
+mod vertex_pool;

@@ -1,0 +1,10 @@
+//! Image files to texels and back, with what else they hold.
+
+pub mod codec;
+pub mod encoded;
+pub(crate) mod exr;
+mod ktx2;
+pub(crate) mod metadata;
+pub(crate) mod palette;
+pub(crate) mod picture;
+mod tiff;

@@ -1,0 +1,165 @@
+//! A glTF document put together from plain lists.
+
+use glam::Vec3;
+use serde_json::{Value, json};
+
+use crate::document::asset::Asset;
+use crate::image_file::encoded::EncodedImage;
+
+/// glTF's number for a 32-bit float.
+const FLOAT: u32 = 5126;
+/// glTF's number for a 32-bit unsigned integer.
+const UNSIGNED_INT: u32 = 5125;
+
+/// What the vertices of a primitive carry; a list is empty where they do not.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Vertices {
+    pub(super) positions: Vec<[f32; 3]>,
+    pub(super) normals: Vec<[f32; 3]>,
+    /// Counting downward.
+    pub(super) uvs: Vec<[f32; 2]>,
+    /// In linear light.
+    pub(super) colors: Vec<[f32; 4]>,
+}
+
+/// Triangles of one material.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Part {
+    pub(super) vertices: Vertices,
+    pub(super) triangles: Vec<u32>,
+    /// Its number in the document; matte and white if there is none.
+    pub(super) material: Option<usize>,
+}
+
+/// A document that grows.
+#[derive(Debug)]
+pub(super) struct Document {
+    json: Value,
+    bytes: Vec<u8>,
+    images: Vec<EncodedImage>,
+    /// The material of what has none.
+    plain: Option<usize>,
+}
+
+impl Document {
+    pub(super) fn new() -> Self {
+        let json = json!({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": []}]});
+        Self { json, bytes: Vec::new(), images: Vec::new(), plain: None }
+    }
+
+    /// Appends an object to a list and tells its index.
+    pub(super) fn add(&mut self, list: &str, object: Value) -> usize {
+        match &mut self.json[list] {
+            Value::Array(objects) => {
+                objects.push(object);
+                objects.len() - 1
+            }
+            empty => {
+                *empty = json!([object]);
+                0
+            }
+        }
+    }
+
+    /// Adds an image and tells its index.
+    pub(super) fn add_image(&mut self, name: &str, image: EncodedImage) -> usize {
+        self.images.push(image);
+        self.add("images", json!({"uri": name}))
+    }
+
+    /// Says that an extension is used, and required where a reader without it would fail.
+    pub(super) fn use_extension(&mut self, name: &str, required: bool) {
+        let lists = ["extensionsUsed", "extensionsRequired"];
+        for list in &lists[..1 + usize::from(required)] {
+            if !self.json[*list].as_array().is_some_and(|names| names.contains(&json!(name))) {
+                self.add(list, json!(name));
+            }
+        }
+    }
+
+    /// Adds a mesh and the node that shows it.
+    pub(super) fn add_mesh(&mut self, name: &str, parts: &[Part]) {
+        let primitives: Vec<Value> = parts.iter().map(|part| self.primitive(part)).collect();
+        let mesh = self.add("meshes", json!({"name": name, "primitives": primitives}));
+        let node = self.add("nodes", json!({"name": name, "mesh": mesh}));
+        if let Some(roots) = self.json["scenes"][0]["nodes"].as_array_mut() {
+            roots.push(json!(node));
+        }
+    }
+
+    pub(super) fn into_asset(mut self) -> Asset {
+        self.add("buffers", json!({"byteLength": self.bytes.len()}));
+        Asset { json: self.json, buffers: vec![self.bytes], images: self.images }
+    }
+
+    fn primitive(&mut self, part: &Part) -> Value {
+        let Vertices { positions, normals, uvs, colors } = &part.vertices;
+        let mut attributes = json!({"POSITION": self.accessor(positions, "VEC3")});
+        let bound = |pick: fn(Vec3, Vec3) -> Vec3| {
+            let vectors = positions.iter().map(|&position| Vec3::from_array(position));
+            vectors.reduce(pick).unwrap_or_default().to_array()
+        };
+        let last = self.json["accessors"].as_array_mut().and_then(|list| list.last_mut());
+        if let Some(accessor) = last {
+            accessor["min"] = json!(bound(Vec3::min));
+            accessor["max"] = json!(bound(Vec3::max));
+        }
+        if !normals.is_empty() {
+            let unit: Vec<[f32; 3]> = normals.iter().map(|&normal| unit(normal)).collect();
+            attributes["NORMAL"] = json!(self.accessor(&unit, "VEC3"));
+        }
+        if !uvs.is_empty() {
+            attributes["TEXCOORD_0"] = json!(self.accessor(uvs, "VEC2"));
+        }
+        if colors.iter().any(|color| color[3] != 1.0) {
+            attributes["COLOR_0"] = json!(self.accessor(colors, "VEC4"));
+        } else if !colors.is_empty() {
+            let colors: Vec<[f32; 3]> = colors.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
+            attributes["COLOR_0"] = json!(self.accessor(&colors, "VEC3"));
+        }
+        let material = part.material.unwrap_or_else(|| self.plain());
+        let bytes = part.triangles.iter().flat_map(|index| index.to_le_bytes());
+        let indices = self.stored(bytes, part.triangles.len(), UNSIGNED_INT, "SCALAR");
+        json!({"attributes": attributes, "indices": indices, "material": material})
+    }
+
+    /// The material of what has none: glTF's own default is a metal.
+    fn plain(&mut self) -> usize {
+        let matte = || json!({"name": "plain", "pbrMetallicRoughness": {"metallicFactor": 0.0}});
+        match self.plain {
+            Some(material) => material,
+            None => {
+                let material = self.add("materials", matte());
+                *self.plain.insert(material)
+            }
+        }
+    }
+
+    fn accessor<const N: usize>(&mut self, values: &[[f32; N]], shape: &str) -> usize {
+        let bytes = values.iter().flatten().flat_map(|x| x.to_le_bytes());
+        self.stored(bytes, values.len(), FLOAT, shape)
+    }
+
+    /// An accessor over bytes that are appended to the buffer, which stays a multiple of four.
+    fn stored(
+        &mut self,
+        bytes: impl Iterator<Item = u8>,
+        count: usize,
+        component: u32,
+        shape: &str,
+    ) -> usize {
+        let start = self.bytes.len();
+        self.bytes.extend(bytes);
+        let length = self.bytes.len() - start;
+        let view = json!({"buffer": 0, "byteOffset": start, "byteLength": length});
+        let view = self.add("bufferViews", view);
+        let accessor =
+            json!({"bufferView": view, "componentType": component, "count": count, "type": shape});
+        self.add("accessors", accessor)
+    }
+}
+
+/// A normal of unit length, which glTF demands; any where there is none.
+fn unit(normal: [f32; 3]) -> [f32; 3] {
+    Vec3::from_array(normal).try_normalize().unwrap_or(Vec3::Z).to_array()
+}

@@ -1,0 +1,105 @@
+//! A level of detail as primitives: what a simplified surface becomes before any document holds it.
+
+mod join;
+pub mod part;
+pub mod primitives;
+pub mod quantize;
+mod resample;
+mod skin;
+pub mod textures;
+mod vertex_cache;
+
+use rayon::prelude::*;
+use seamwise_attr::Level;
+
+use crate::document::asset::Asset;
+use crate::error::Result;
+use crate::surface::geometry::Geometry;
+use part::LevelPart;
+use primitives::level_parts;
+use quantize::{Grid, may_scale, quantize};
+use textures::{LevelTextures, PartTextures};
+
+/// One level of a surface, ready to be written.
+#[derive(Clone, Debug)]
+pub struct LevelMesh<'a> {
+    /// The source.
+    pub geometry: &'a Geometry,
+    /// Number of its triangles.
+    pub triangles: usize,
+    /// One per part of the source. None if the level is the source itself, whose primitives then stay
+    /// as they are.
+    pub parts: Option<Vec<Option<LevelPart>>>,
+    /// What its positions count in, if they are integers.
+    pub grid: Option<Grid>,
+}
+
+impl<'a> LevelMesh<'a> {
+    /// The level of a surface in textures of which there is one entry per part. One that lost nothing
+    /// and wears nothing new is the source itself.
+    ///
+    /// # Errors
+    /// [`Error::Internal`](crate::error::Error::Internal) if the level does not belong to the geometry.
+    pub fn new(geometry: &'a Geometry, level: &Level, textures: &[PartTextures]) -> Result<Self> {
+        let (own, source) = (&level.mesh, &geometry.welded.mesh);
+        let is_whole = own.triangles.len() == source.triangles.len()
+            && own.positions.len() == source.positions.len();
+        let is_source = is_whole && textures.iter().all(|own| *own == PartTextures::default());
+        let parts = (!is_source).then(|| level_parts(geometry, level, textures)).transpose()?;
+        Ok(Self { geometry, triangles: own.triangles.len(), parts, grid: None })
+    }
+
+    /// Number of its primitives.
+    pub(crate) fn draw_calls(&self) -> usize {
+        match &self.parts {
+            Some(parts) => parts.iter().flatten().count(),
+            None => self.geometry.parts.len(),
+        }
+    }
+
+    /// Makes the vertices small, as [`quantize`](crate::level::quantize) tells.
+    pub(crate) fn quantize(&mut self, error: f64, may_scale: bool) {
+        if let Some(parts) = &mut self.parts {
+            self.grid = quantize(parts, error, may_scale);
+        }
+    }
+}
+
+/// A level of a whole asset.
+#[derive(Clone, Debug)]
+pub struct DressedLevel<'a> {
+    /// One per surface.
+    pub meshes: Vec<LevelMesh<'a>>,
+    /// What they wear.
+    pub textures: LevelTextures,
+}
+
+/// Levels that do not wear anything yet.
+pub(crate) struct Undressed<'a> {
+    pub(crate) asset: &'a Asset,
+    pub(crate) geometries: &'a [Geometry],
+    /// One per surface.
+    pub(crate) chains: &'a [Vec<Level>],
+}
+
+impl<'a> Undressed<'a> {
+    /// All meshes of each level as primitives, with what they wear; as small integers with `compress`.
+    pub(crate) fn dress(
+        &self,
+        textures: Vec<LevelTextures>,
+        compress: bool,
+    ) -> Result<Vec<DressedLevel<'a>>> {
+        let dress = |(level, textures): (usize, LevelTextures)| {
+            let surfaces = self.geometries.par_iter().zip(self.chains).zip(&textures.parts);
+            let meshes = surfaces.map(|((geometry, chain), textures)| {
+                let mut mesh = LevelMesh::new(geometry, &chain[level], textures)?;
+                if compress {
+                    mesh.quantize(chain[level].error, may_scale(self.asset, geometry)?);
+                }
+                Ok(mesh)
+            });
+            Ok(DressedLevel { meshes: meshes.collect::<Result<_>>()?, textures })
+        };
+        textures.into_iter().enumerate().map(dress).collect()
+    }
+}

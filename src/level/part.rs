@@ -1,0 +1,14 @@
+//! A primitive of a level.
+
+use crate::document::accessor::Elements;
+
+/// A primitive of a level, ready to be written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LevelPart {
+    /// Three indices per triangle.
+    pub indices: Vec<u32>,
+    /// The attributes by name, in the order of the source.
+    pub attributes: Vec<(String, Elements)>,
+    /// The morph targets.
+    pub targets: Vec<Vec<(String, Elements)>>,
+}

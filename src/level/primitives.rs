@@ -1,0 +1,204 @@
+//! A level of a surface as primitives again.
+//!
+//! UVs, normals and `COLOR_0` come from the level's wedges, tangents are computed anew, and all
+//! else is taken over from the source as `resample` tells. Triangles and vertices stand in the order in
+//! which graphics processors read them fastest.
+
+use glam::Vec4;
+use gltf::json::accessor::ComponentType;
+use rustc_hash::FxHashMap;
+use seamwise_attr::{Level, WedgeId};
+
+use super::join::join_parts;
+use super::part::LevelPart;
+use super::resample::{Carrier, Footing, blend, copy, skin};
+use super::textures::PartTextures;
+use super::vertex_cache::order_for_cache;
+use crate::document::accessor::{Elements, Named};
+use crate::error::Result;
+use crate::surface::geometry::{Geometry, Part, is_motion};
+use crate::surface::tangents::Corners;
+
+/// Turns a level back into primitives, one for each part of the source. A part of which no
+/// triangle is left is `None`, and so is one that was joined to another before it.
+///
+/// `textures` has one entry per part: a normal map that is made anew needs the tangents that it is made
+/// for; others have tangents if the source has.
+///
+/// # Errors
+/// [`Error::Internal`](crate::error::Error::Internal) if the level does not belong to the geometry.
+pub fn level_parts(
+    geometry: &Geometry,
+    level: &Level,
+    textures: &[PartTextures],
+) -> Result<Vec<Option<LevelPart>>> {
+    let carrier = Carrier::new(geometry, level);
+    let part = |(group, own): (usize, &PartTextures)| level_part(&carrier, group, *own);
+    let mut parts = textures.iter().enumerate().map(part).collect::<Result<Vec<_>>>()?;
+    join_parts(&mut parts, textures);
+    Ok(parts)
+}
+
+fn level_part(
+    carrier: &Carrier<'_>,
+    group: usize,
+    textures: PartTextures,
+) -> Result<Option<LevelPart>> {
+    let Carrier { geometry, level, .. } = *carrier;
+    let corners = Corners::of_group(&level.mesh, group as u32);
+    if corners.triangles.is_empty() {
+        return Ok(None);
+    }
+    let part = &geometry.parts[group];
+    // What is joined has tangents only for a normal map of its own.
+    let is_joined = textures.join.is_some();
+    let has_tangents = part.primitive.accessor("TANGENT").is_some() && !is_joined;
+    let set = textures.tangents.or(has_tangents.then_some(part.normal_uv));
+    let tangents = match set {
+        Some(set) => corners.tangents(&level.mesh, set)?,
+        None => Vec::new(),
+    };
+    let vertices = split_by_tangent(&corners, &tangents);
+    let footings = carrier.footings(part, &vertices.wedges);
+    let carried: Vec<Named> = part
+        .carried
+        .iter()
+        .filter(|(name, _)| !is_motion(name))
+        .map(|(name, elements)| (name.clone(), copy(elements, &footings)))
+        .chain(skin(part, &footings))
+        .collect();
+    let mut names: Vec<&str> =
+        part.primitive.attributes.iter().map(|(name, _)| name.as_str()).collect();
+    if is_joined {
+        names.retain(|name| *name != "TANGENT");
+    }
+    if set.is_some() && !has_tangents {
+        names.push("TANGENT");
+    }
+    if textures.is_relaid {
+        names.retain(|name| !name.starts_with("TEXCOORD_"));
+        names.push("TEXCOORD_0");
+    }
+    let made = |name: &str| (name.to_owned(), attribute(name, part, level, &vertices, &carried));
+    Ok(Some(LevelPart {
+        attributes: names.into_iter().map(made).collect(),
+        targets: (0..part.targets.len())
+            .map(|index| target(part, index, &footings))
+            .map(|own| {
+                own.into_iter().filter(|(name, _)| !(is_joined && name == "TANGENT")).collect()
+            })
+            .collect(),
+        indices: vertices.indices,
+    }))
+}
+
+/// A morph target of a level's primitive.
+fn target(part: &Part, index: usize, footings: &[Footing<'_>]) -> Vec<Named> {
+    let moved = |(name, elements): &Named| {
+        let deltas = if is_blended(name) {
+            blend(elements, footings, |part| {
+                let mut target = part.targets.get(index)?.iter();
+                target.find(|(own, _)| own == name).map(|(_, elements)| elements)
+            })
+        } else {
+            copy(elements, footings)
+        };
+        (name.clone(), deltas)
+    };
+    part.targets[index].iter().map(moved).collect()
+}
+
+/// Whether deltas of an attribute mean the same all over a surface: those of UVs do not across a seam.
+fn is_blended(name: &str) -> bool {
+    matches!(name, "POSITION" | "NORMAL" | "TANGENT") || name.starts_with("COLOR_")
+}
+
+/// The vertices of a primitive: a wedge, once for each tangent that its corners have.
+struct LevelVertices {
+    wedges: Vec<WedgeId>,
+    tangents: Vec<Vec4>,
+    indices: Vec<u32>,
+}
+
+fn split_by_tangent(corners: &Corners, tangents: &[[Vec4; 3]]) -> LevelVertices {
+    let mut vertices =
+        LevelVertices { wedges: Vec::new(), tangents: Vec::new(), indices: Vec::new() };
+    let mut known: FxHashMap<(u32, [u32; 4]), u32> = FxHashMap::default();
+    for (triangle, local) in corners.triangles.iter().enumerate() {
+        for (slot, &wedge) in local.iter().enumerate() {
+            let tangent = tangents.get(triangle).map_or(Vec4::ZERO, |t| t[slot]);
+            let key = (wedge, tangent.to_array().map(f32::to_bits));
+            let index = *known.entry(key).or_insert_with(|| {
+                vertices.wedges.push(corners.wedges[wedge as usize]);
+                vertices.tangents.push(tangent);
+                vertices.wedges.len() as u32 - 1
+            });
+            vertices.indices.push(index);
+        }
+    }
+    vertices.ordered()
+}
+
+impl LevelVertices {
+    /// The same in the order in which they are best read.
+    fn ordered(mut self) -> Self {
+        let order = order_for_cache(&mut self.indices, self.wedges.len());
+        Self {
+            wedges: order.iter().map(|&old| self.wedges[old]).collect(),
+            tangents: order.iter().map(|&old| self.tangents[old]).collect(),
+            indices: self.indices,
+        }
+    }
+}
+
+/// One attribute of a level's primitive.
+fn attribute(
+    name: &str,
+    part: &Part,
+    level: &Level,
+    vertices: &LevelVertices,
+    carried: &[Named],
+) -> Elements {
+    let (mesh, layout) = (&level.mesh, level.mesh.layout);
+    let rows = |offset: usize, components: usize| {
+        let row = |wedge: &WedgeId| mesh.row(*wedge)[offset..offset + components].to_vec();
+        float_elements(components, vertices.wedges.iter().flat_map(row))
+    };
+    let uv_set = name.strip_prefix("TEXCOORD_").and_then(|set| set.parse::<usize>().ok());
+    match (name, uv_set) {
+        ("POSITION", _) => {
+            let position = |&wedge: &WedgeId| mesh.positions[mesh.wedge_points[wedge]].to_array();
+            float_elements(3, vertices.wedges.iter().flat_map(position))
+        }
+        ("NORMAL", _) => rows(layout.normal(), 3),
+        ("TANGENT", _) => float_elements(4, vertices.tangents.iter().flat_map(Vec4::to_array)),
+        ("COLOR_0", _) => {
+            let (components, component) = part.color.unwrap_or((4, ComponentType::F32));
+            quantize(rows(layout.color(), components), component)
+        }
+        (_, Some(set)) if set < layout.uv_sets => rows(layout.uv(set), 2),
+        _ => {
+            let carried = carried.iter().find(|(own, _)| own == name);
+            carried.expect("every attribute is made or carried").1.clone()
+        }
+    }
+}
+
+fn float_elements(components: usize, values: impl Iterator<Item = f32>) -> Elements {
+    Elements {
+        bytes: values.flat_map(f32::to_le_bytes).collect(),
+        component: ComponentType::F32,
+        components,
+        normalized: false,
+    }
+}
+
+/// Brings 0…1 floats into the type that the file had them in.
+fn quantize(floats: Elements, component: ComponentType) -> Elements {
+    if !matches!(component, ComponentType::U8 | ComponentType::U16) {
+        return floats;
+    }
+    let mut quantized = Elements { bytes: Vec::new(), component, normalized: true, ..floats };
+    quantized.bytes = quantized.encode(floats.floats());
+    quantized
+}

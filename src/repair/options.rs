@@ -1,0 +1,120 @@
+//! What tells the valid texels of a picture, and what is done with them.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use seamwise_texture::equalize;
+use seamwise_texture::{Footprint, Role};
+
+use crate::atlas::AtlasOptions;
+use crate::error::{Error, Result};
+use crate::image_file::codec::Encoding;
+use crate::import::options::ReadOptions;
+
+/// What tells the valid texels of a picture, and what they mean. An asset knows both by itself.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RepairOptions {
+    /// A mesh that wears the picture.
+    pub mesh: Option<MeshOptions>,
+    /// A picture of the same size that is bright (luma above one half) where texels are valid.
+    pub mask: Option<PathBuf>,
+    /// The color around the charts.
+    pub background: Background,
+    /// What the texels mean; [`Role::Color`] if not given. An EXR's channels are filled as they are
+    /// stored, whatever they mean.
+    pub role: Option<Role>,
+    /// How many rings of texels around the valid ones stay if they agree with them; see
+    /// [`seamwise_texture::agreeing_padding`].
+    pub keep_padding: usize,
+    /// How often the result is halved, each texel the mean of valid ones; see
+    /// [`seamwise_texture::scale_down`].
+    pub halvings: u32,
+    /// What counts as read in the report.
+    pub footprint: Footprint,
+    /// A .png to draw what was filled in; see [`repair_file`](super::repair_file).
+    pub diff: Option<PathBuf>,
+    /// Whether and how both sides of seams are made to read the same, after the fill.
+    pub equalize: Option<equalize::Options>,
+    /// How an asset is read, and the mesh. Its memory limit is also the most that decoding one image
+    /// may take.
+    pub reading: ReadOptions,
+    /// How images are encoded.
+    pub encoding: Encoding,
+}
+
+impl RepairOptions {
+    /// What of it is for the images of an asset.
+    pub(super) fn for_atlases(&self) -> AtlasOptions {
+        let Self { reading, keep_padding, halvings, equalize, .. } = *self;
+        AtlasOptions { memory_limit: reading.memory_limit, keep_padding, halvings, equalize }
+    }
+}
+
+/// The mesh that wears a picture: all triangle primitives of a glTF file, wherever its nodes put
+/// them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MeshOptions {
+    /// The .glb or .gltf file.
+    pub file: PathBuf,
+    /// The UV set that lays the charts out, read without `KHR_texture_transform`.
+    pub uv_set: usize,
+    /// Only meshes of this name, or that a node of this name shows. Where each mesh of a file has a
+    /// picture of its own, as with lightmaps, their charts overlap, and one must be chosen.
+    pub name: Option<String>,
+}
+
+/// Whether texels of a background color are invalid.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Background {
+    /// If the picture seems to have one, that; see [`seamwise_texture::detect_background`].
+    #[default]
+    Auto,
+    /// Texels of this color: RGBA as stored, 0…1.
+    Color([f32; 4]),
+    /// The color says nothing.
+    None,
+}
+
+impl FromStr for Background {
+    type Err = Error;
+
+    /// Reads `auto`, `none`, `#rrggbb` (opaque) or `#rrggbbaa`.
+    fn from_str(text: &str) -> Result<Self> {
+        let color = || {
+            let digits = text
+                .strip_prefix('#')
+                .filter(|digits| digits.bytes().all(|b| b.is_ascii_hexdigit()))?;
+            let byte = |at: usize| u8::from_str_radix(digits.get(at..at + 2)?, 16).ok();
+            let alpha = match digits.len() {
+                6 => 255,
+                8 => byte(6)?,
+                _ => return None,
+            };
+            Some([byte(0)?, byte(2)?, byte(4)?, alpha].map(|byte| f32::from(byte) / 255.0))
+        };
+        match text {
+            "auto" => Ok(Self::Auto),
+            "none" => Ok(Self::None),
+            _ => color().map(Self::Color).ok_or_else(|| Error::Options {
+                what: format!("{text} is neither auto, none nor a color like #ff00ff"),
+            }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_background_is_read_as_it_is_typed() {
+        let read = |text: &str| text.parse::<Background>();
+        assert_eq!(read("auto").unwrap(), Background::Auto);
+        assert_eq!(read("none").unwrap(), Background::None);
+        assert_eq!(read("#FF0033").unwrap(), Background::Color([1.0, 0.0, 0.2, 1.0]));
+        assert_eq!(read("#ff003300").unwrap(), Background::Color([1.0, 0.0, 0.2, 0.0]));
+        for text in ["", "#", "ff00ff", "#ff00f", "#ff00ff0", "#gg00ff", "#äöü", "#+1+1+1"] {
+            assert!(read(text).is_err(), "{text}");
+        }
+    }
+}

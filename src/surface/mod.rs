@@ -1,0 +1,6 @@
+//! The meshes of a document, welded to surfaces of points and wedges.
+
+pub(crate) mod edges;
+pub mod geometry;
+pub mod group;
+pub(crate) mod tangents;

@@ -1,0 +1,111 @@
+//! In which format an image of a level is stored.
+
+use std::borrow::Cow;
+
+use image::DynamicImage;
+use seamwise_texture::Role;
+
+use crate::error::Result;
+use crate::image_file::codec::{Encoding, encode_anew, encode_with};
+use crate::image_file::encoded::{EncodedImage, ImageFormat};
+use crate::image_file::metadata::Metadata;
+use crate::image_file::palette::{has_palette, reduce};
+
+/// File formats of textures.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TextureFormat {
+    /// That of the source's image, colors of a PNG with a palette in one again; PNG for a normal map
+    /// that a level gains.
+    #[default]
+    Keep,
+    /// Lossless.
+    Png,
+    /// JPEG for opaque colors of eight bits. What else an image holds does not take its losses well,
+    /// and is stored as PNG.
+    Jpeg,
+    /// Lossless and smaller than PNG, in `EXT_texture_webp`, which readers must know; PNG for more
+    /// than eight bits.
+    WebP,
+}
+
+/// Stores an image that replaces `before`, if it replaces one.
+pub(super) fn store(
+    image: &DynamicImage,
+    role: Role,
+    before: Option<&EncodedImage>,
+    (format, quality): (TextureFormat, u8),
+) -> Result<EncodedImage> {
+    let plain = |image: &DynamicImage, format| {
+        encode_with(image, &Metadata::default(), format, Encoding { quality, png: false })
+    };
+    let is_small = image.color().bytes_per_pixel() == image.color().channel_count();
+    match (format, before) {
+        (TextureFormat::Keep, Some(before)) => {
+            let few = (role == Role::Color && has_palette(&before.bytes)).then(|| reduce(image));
+            let image = few.flatten().map_or(Cow::Borrowed(image), Cow::Owned);
+            encode_anew(&image, before, Encoding { quality, png: false })
+        }
+        (TextureFormat::Jpeg, _) if role == Role::Color && is_small && is_opaque(image) => {
+            plain(&image.to_rgb8().into(), ImageFormat::Jpeg)
+        }
+        (TextureFormat::WebP, _) if is_small => plain(image, ImageFormat::WebP),
+        (_, Some(before)) => encode_anew(image, before, Encoding { quality, png: true }),
+        (_, None) => plain(image, ImageFormat::Png),
+    }
+}
+
+fn is_opaque(image: &DynamicImage) -> bool {
+    !image.color().has_alpha() || image.to_rgba8().pixels().all(|texel| texel.0[3] == u8::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn picture(alpha: u8) -> DynamicImage {
+        image::RgbaImage::from_pixel(4, 4, image::Rgba([9, 90, 200, alpha])).into()
+    }
+
+    #[test]
+    fn only_opaque_colors_become_jpegs() {
+        let stored = |alpha, role| {
+            store(&picture(alpha), role, None, (TextureFormat::Jpeg, 90)).unwrap().format
+        };
+        assert_eq!(stored(255, Role::Color), ImageFormat::Jpeg);
+        assert_eq!(stored(254, Role::Color), ImageFormat::Png);
+        assert_eq!(stored(255, Role::Normal), ImageFormat::Png);
+        assert_eq!(stored(255, Role::Data), ImageFormat::Png);
+    }
+
+    #[test]
+    fn colors_of_a_palette_stay_in_one_and_other_texels_do_not() {
+        let few: DynamicImage =
+            image::RgbImage::from_fn(8, 8, |x, _| image::Rgb([x as u8; 3])).into();
+        let bytes = crate::image_file::palette::write_indexed(&few).expect("eight colors").into();
+        let before = EncodedImage { bytes, format: ImageFormat::Png };
+        let many: DynamicImage =
+            image::RgbImage::from_fn(64, 64, |x, y| image::Rgb([x as u8, y as u8, 0])).into();
+        let stored = |image, role, format| {
+            let stored = store(image, role, Some(&before), (format, 90)).unwrap();
+            has_palette(&stored.bytes)
+        };
+        assert!(stored(&many, Role::Color, TextureFormat::Keep));
+        assert!(!stored(&many, Role::Data, TextureFormat::Keep));
+        assert!(!stored(&many, Role::Color, TextureFormat::Png), "lossless");
+        assert!(stored(&few, Role::Data, TextureFormat::Png));
+    }
+
+    #[test]
+    fn a_format_is_kept_or_changed_as_asked() {
+        let jpeg = store(&picture(255), Role::Color, None, (TextureFormat::Jpeg, 90)).unwrap();
+        let opaque = DynamicImage::from(picture(255).to_rgb8());
+        let stored =
+            |format| store(&opaque, Role::Color, Some(&jpeg), (format, 90)).unwrap().format;
+        assert_eq!(stored(TextureFormat::Keep), ImageFormat::Jpeg);
+        assert_eq!(stored(TextureFormat::Png), ImageFormat::Png);
+        assert_eq!(stored(TextureFormat::WebP), ImageFormat::WebP);
+        let deep = DynamicImage::new_rgb16(2, 2);
+        let stored = store(&deep, Role::Data, None, (TextureFormat::WebP, 90)).unwrap().format;
+        assert_eq!(stored, ImageFormat::Png);
+    }
+}

@@ -1,0 +1,148 @@
+//! Who wears which image where.
+
+use seamwise_attr::Mesh;
+use seamwise_texture::transfer::{Face, overlap};
+use seamwise_texture::{Role, Wrap};
+
+use super::layout::{Charts, ImageUse, Shared, SourceReading, faces};
+use crate::document::asset::Asset;
+use crate::document::material::{TextureSlot, main_role, worn};
+use crate::document::primitive::Primitive;
+use crate::error::Result;
+use crate::image_file::encoded::EncodedImage;
+use crate::surface::geometry::Geometry;
+
+/// Texels of a side at which overlaps are looked for.
+const LOOK: usize = 512;
+/// More than this share of its covered texels at several places, and a layout is not to be told apart.
+const MOST_OVERLAP: f64 = 0.02;
+
+/// Images in sets: two are in one if the same triangles wear both.
+pub(super) fn worn_together(uses: &[Used]) -> Vec<Vec<usize>> {
+    type Set = (Vec<usize>, Vec<(usize, u32)>);
+    let mut sets: Vec<Set> = Vec::new();
+    for (image, used) in uses.iter().enumerate().filter(|(_, used)| !used.charts.is_empty()) {
+        let own: Vec<(usize, u32)> = used.charts.iter().map(|c| (c.surface, c.group)).collect();
+        let (with, apart): (Vec<_>, Vec<_>) =
+            sets.into_iter().partition(|(_, groups)| groups.iter().any(|g| own.contains(g)));
+        let (mut images, mut groups) = (vec![image], own);
+        for (other, more) in with {
+            images.extend(other);
+            groups.extend(more);
+        }
+        images.sort_unstable();
+        sets = apart;
+        sets.push((images, groups));
+    }
+    sets.into_iter().map(|(images, _)| images).collect()
+}
+
+/// How an image is used.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Used {
+    pub(super) role: Role,
+    pub(super) wrap: [Wrap; 2],
+    pub(super) charts: Vec<Charts>,
+    /// One per entry of `charts`.
+    pub(super) readings: Vec<SourceReading>,
+    is_worn: bool,
+    is_missing: bool,
+    beyond_charts: bool,
+    lacks_uvs: bool,
+}
+
+impl Used {
+    fn add(&mut self, slot: &TextureSlot) {
+        self.role = if self.is_worn { main_role(self.role, slot.role) } else { slot.role };
+        self.wrap = slot.wrap;
+        self.is_worn = true;
+    }
+
+    fn add_charts(&mut self, surface: usize, group: u32, slot: &TextureSlot, mesh: &Mesh) {
+        let charts = Charts { surface, group, uv_set: slot.uv_set, transform: slot.transform };
+        if slot.uv_set >= mesh.layout.uv_sets {
+            self.lacks_uvs = true;
+        } else if !self.charts.contains(&charts) {
+            let &TextureSlot { uv_set, transform, wrap, normal_scale, .. } = slot;
+            self.charts.push(charts);
+            self.readings.push(SourceReading { uv_set, transform, wrap, normal_scale });
+        }
+    }
+
+    /// Why it can't be made anew in its own layout.
+    pub(super) fn shared(&self, surfaces: &[Geometry]) -> Option<Shared> {
+        self.unfit(|| false).or_else(|| {
+            let meshes: Vec<&Mesh> = surfaces.iter().map(|surface| &surface.welded.mesh).collect();
+            let faces = faces(&self.charts, &meshes);
+            let spans = |face: &Face| {
+                let [a, b, c] = face.uvs;
+                (a.max(b).max(c) - a.min(b).min(c)).max_element() > 1.0
+            };
+            if faces.iter().any(spans) {
+                return Some(Shared::Tiling);
+            }
+            let share = overlap(&faces, [LOOK; 2], self.wrap);
+            (share > MOST_OVERLAP).then_some(Shared::Overlap(share))
+        })
+    }
+
+    /// Why it can't be made anew in any layout.
+    pub(super) fn unfit(&self, is_tangled: impl Fn() -> bool) -> Option<Shared> {
+        if !self.is_worn {
+            Some(Shared::NotWorn)
+        } else if self.is_missing {
+            Some(Shared::Missing)
+        } else if self.beyond_charts {
+            Some(Shared::BeyondCharts)
+        } else if self.lacks_uvs || self.charts.is_empty() {
+            Some(Shared::NoCharts)
+        } else if is_tangled() {
+            Some(Shared::Tangled)
+        } else {
+            None
+        }
+    }
+
+    /// Whether triangles read it in several ways.
+    pub(super) fn is_tangled(&self) -> bool {
+        let mut groups: Vec<_> = self.charts.iter().map(|c| (c.surface, c.group)).collect();
+        groups.sort_unstable();
+        groups.windows(2).any(|pair| pair[0] == pair[1])
+    }
+
+    /// The image in a new layout of groups.
+    pub(super) fn image_use(&self, image: usize, groups: &[(usize, u32)]) -> ImageUse {
+        let reading = |&(surface, group): &(usize, u32)| {
+            let own = self.charts.iter().position(|c| (c.surface, c.group) == (surface, group));
+            own.map(|at| self.readings[at])
+        };
+        ImageUse { image, role: self.role, readings: groups.iter().map(reading).collect() }
+    }
+}
+
+/// One per image: how it is used; `materials` has the textures of each.
+pub(super) fn uses(
+    asset: &Asset,
+    surfaces: &[Geometry],
+    materials: &[Vec<TextureSlot>],
+) -> Result<Vec<Used>> {
+    let used = |image: &EncodedImage| Used { is_missing: image.is_missing(), ..Used::default() };
+    let mut uses: Vec<Used> = asset.images.iter().map(used).collect();
+    for mesh in 0..asset.count("meshes") {
+        for primitive in Primitive::of_mesh(asset, mesh)?.iter().filter(|p| !p.is_surface()) {
+            for slot in worn(asset, primitive, materials)? {
+                uses[slot.image].add(slot);
+                uses[slot.image].beyond_charts = true;
+            }
+        }
+    }
+    for (index, surface) in surfaces.iter().enumerate() {
+        for (group, part) in (0..).zip(&surface.parts) {
+            for slot in worn(asset, &part.primitive, materials)? {
+                uses[slot.image].add(slot);
+                uses[slot.image].add_charts(index, group, slot, &surface.welded.mesh);
+            }
+        }
+    }
+    Ok(uses)
+}

@@ -1,0 +1,187 @@
+//! Where the images of levels lie and how triangles read them: the values that a plan is made of.
+
+use glam::{Affine2, Vec4};
+use seamwise_attr::Mesh;
+use seamwise_texture::transfer::Face;
+use seamwise_texture::{Role, Wrap};
+use serde_json::Value;
+
+use crate::document::material::TextureSlot;
+
+/// Triangles of a group as they read an image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Charts {
+    /// Index among the surfaces.
+    pub(crate) surface: usize,
+    /// Their group in it.
+    pub(crate) group: u32,
+    pub(crate) uv_set: usize,
+    pub(crate) transform: Affine2,
+}
+
+impl Charts {
+    /// Whether a texture is read as they are.
+    pub(crate) fn reads_like(&self, slot: &TextureSlot) -> bool {
+        self.uv_set == slot.uv_set && self.transform == slot.transform
+    }
+}
+
+/// Images that the same triangles of a level read at the same places.
+#[derive(Clone, Debug)]
+pub(crate) struct UvLayout {
+    /// How the level reads them.
+    pub(crate) charts: Vec<Charts>,
+    pub(crate) wrap: [Wrap; 2],
+    pub(crate) images: Vec<ImageUse>,
+    /// Whether the level's charts are laid out anew.
+    pub(crate) is_new: bool,
+    /// What materials become that are merged; it has images of its own then.
+    pub(crate) class: Option<Class>,
+}
+
+impl UvLayout {
+    /// How the source reads what an entry of the charts wears, if that is an image.
+    pub(crate) fn reading(&self, chart: usize) -> Option<SourceReading> {
+        let images = self.images.iter().filter_map(|own| own.readings[chart]);
+        let outputs = self.class.iter().flat_map(|class| &class.outputs);
+        let folded = outputs.filter_map(|own| Some(own.readings[chart].source?.1));
+        images.chain(folded).next()
+    }
+}
+
+/// An image of a layout.
+#[derive(Clone, Debug)]
+pub(crate) struct ImageUse {
+    pub(crate) image: usize,
+    /// What its texels mean.
+    pub(crate) role: Role,
+    /// One per entry of the layout's charts: how the source reads it, if those triangles wear it.
+    pub(crate) readings: Vec<Option<SourceReading>>,
+}
+
+/// How triangles of the source read an image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct SourceReading {
+    pub(crate) uv_set: usize,
+    pub(crate) transform: Affine2,
+    pub(crate) wrap: [Wrap; 2],
+    /// Factor on x and y of a normal.
+    pub(crate) normal_scale: f32,
+}
+
+/// Why an image is shared by all levels instead of made anew.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum Shared {
+    /// No material that a surface wears names it.
+    #[error("no surface wears it")]
+    NotWorn,
+    /// Its file is not there.
+    #[error("it is missing")]
+    Missing,
+    /// No chart tells which texels those read.
+    #[error("points or lines wear it")]
+    BeyondCharts,
+    /// What wears it lacks the UVs, or has more sets of them than levels are made of.
+    #[error("what wears it has no UVs for it")]
+    NoCharts,
+    /// UVs run over the image again and again.
+    #[error("its UVs tile")]
+    Tiling,
+    /// Texels are worn in more than one place.
+    #[error("{:.0} % of its texels are worn in several places", .0 * 100.0)]
+    Overlap(f64),
+    /// It can't be laid out anew with the other images that the same triangles wear.
+    #[error("the same triangles read it, or another image with it, in several ways")]
+    Tangled,
+}
+
+/// A normal map for materials that have none, in the layout of another of their images.
+#[derive(Clone, Debug)]
+pub(crate) struct NewNormals {
+    pub(crate) charts: Vec<Charts>,
+    pub(crate) materials: Vec<usize>,
+    /// JSON pointer of the texture info that it is read like.
+    pub(crate) like: String,
+    /// The image of that texture, whose layout and size it takes.
+    pub(crate) image: usize,
+}
+
+/// The triangles of charts, those of each surface in `meshes`; a reading is an index of `charts`.
+pub(crate) fn faces(charts: &[Charts], meshes: &[&Mesh]) -> Vec<Face> {
+    let of = |(reading, charts): (u32, &Charts)| {
+        let mesh = meshes[charts.surface];
+        let own = (0..mesh.triangles.len()).filter(|&t| mesh.groups[t] == charts.group);
+        let face = |triangle: usize| Face {
+            pair: charts.surface as u32,
+            triangle: triangle as u32,
+            reading,
+            uvs: mesh.triangles[triangle]
+                .map(|wedge| charts.transform.transform_point2(mesh.uv(wedge, charts.uv_set))),
+        };
+        own.map(face).collect::<Vec<_>>()
+    };
+    (0..).zip(charts).flat_map(of).collect()
+}
+
+/// Materials that become one.
+#[derive(Clone, Debug)]
+pub(crate) struct Class {
+    /// Their indices.
+    pub(crate) materials: Vec<usize>,
+    /// The one that stands for all, without its textures.
+    pub(crate) json: Value,
+    /// One per entry of the layout's charts: its material.
+    pub(crate) worn: Vec<usize>,
+    pub(crate) outputs: Vec<Folded>,
+}
+
+impl Class {
+    /// The images that it is made from, each with what its texels mean.
+    pub(crate) fn pictures(&self) -> Vec<(usize, Role)> {
+        let mut pictures = Vec::new();
+        for output in &self.outputs {
+            for (image, _) in output.readings.iter().filter_map(|own| own.source) {
+                if !pictures.contains(&(image, output.role)) {
+                    pictures.push((image, output.role));
+                }
+            }
+        }
+        pictures
+    }
+
+    /// Whether an entry of the charts shows one of them.
+    pub(crate) fn shows(&self, chart: usize, (image, role): (usize, Role)) -> bool {
+        let is_shown = |own: &Folded| {
+            own.role == role && own.readings[chart].source.is_some_and(|own| own.0 == image)
+        };
+        self.outputs.iter().any(is_shown)
+    }
+
+    /// Whether it has a normal map, if it gains one or not.
+    pub(crate) fn has_normals(&self, gains: bool) -> bool {
+        self.outputs.iter().any(|own| own.role == Role::Normal && (gains || !own.is_gained))
+    }
+}
+
+/// An image of a merged material.
+#[derive(Clone, Debug)]
+pub(crate) struct Folded {
+    /// Where in the material it is a texture.
+    pub(crate) places: Vec<&'static str>,
+    pub(crate) role: Role,
+    /// How many channels mean something.
+    pub(crate) channels: usize,
+    /// One per entry of the layout's charts.
+    pub(crate) readings: Vec<FoldedReading>,
+    /// Whether it is a normal map where no material had one, for the shape that a level has lost.
+    pub(crate) is_gained: bool,
+}
+
+/// What an entry of charts puts into an image.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FoldedReading {
+    /// The source's image and how it is read; white, or a flat normal, without one.
+    pub(crate) source: Option<(usize, SourceReading)>,
+    pub(crate) factor: Vec4,
+    pub(crate) offset: Vec4,
+}

@@ -1,0 +1,177 @@
+//! Which materials of an asset become one: those that agree in all that an atlas does not hold, which
+//! are alpha mode and cutoff, sides, and extensions.
+
+use std::collections::BTreeMap;
+
+use serde_json::{Map, Value, json};
+
+use super::layout::{Class, UvLayout};
+use super::merged_material::{Look, PLACES, layout};
+use crate::document::asset::Asset;
+use crate::document::material::{TextureSlot, worn_materials};
+use crate::document::primitive::Primitive;
+use crate::error::Result;
+use crate::surface::geometry::Geometry;
+
+/// Why a material stays by itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Apart {
+    /// Variants of the asset put another in its place.
+    #[error("variants put others in its place")]
+    Variants,
+    /// No chart tells which texels those read.
+    #[error("points or lines wear it")]
+    BeyondCharts,
+    /// Channels of an animation point to it.
+    #[error("an animation changes it")]
+    Animated,
+    /// It has a texture that is none of the core's, or a direction that depends on its UVs.
+    #[error("it has an extension that an atlas does not hold")]
+    Extension,
+    /// An image file is not there.
+    #[error("one of its images is missing")]
+    Missing,
+    /// What wears it lacks the UVs, or has more sets of them than levels are made of.
+    #[error("what wears it has no UVs for it")]
+    NoCharts,
+    /// No other has its alpha mode, cutoff, sides and extensions.
+    #[error("no other agrees with it in alpha mode, sides and extensions")]
+    Alone,
+}
+
+/// What becomes of the materials of an asset.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Merging {
+    /// A layout for each merged material.
+    pub(crate) layouts: Vec<UvLayout>,
+    /// Why a material that surfaces wear is not merged.
+    pub(crate) apart: BTreeMap<usize, Apart>,
+}
+
+impl Merging {
+    /// Finds what can be merged; `slots` has the textures of each material.
+    pub(crate) fn new(
+        asset: &Asset,
+        surfaces: &[Geometry],
+        slots: &[Vec<TextureSlot>],
+    ) -> Result<Self> {
+        let mut merging = Self::default();
+        let mut classes: Vec<(Value, Vec<Look<'_>>)> = Vec::new();
+        let fixed = fixed(asset, surfaces)?;
+        for (material, groups) in wearers(asset, surfaces)? {
+            let own = &slots[material];
+            let why = fixed.get(&material).copied();
+            if let Some(why) = why.or_else(|| unfit(asset, surfaces, (material, &groups), own)) {
+                merging.apart.insert(material, why);
+                continue;
+            }
+            let at = format!("/materials/{material}");
+            let slots = PLACES.map(|place| own.iter().find(|s| s.at == format!("{at}/{place}")));
+            let look = Look { material, json: asset.parse(&at)?, slots, groups };
+            let key = agreement(&asset.json["materials"][material]);
+            match classes.iter_mut().find(|(other, _)| *other == key) {
+                Some((_, looks)) => looks.push(look),
+                None => classes.push((key, vec![look])),
+            }
+        }
+        for (key, looks) in classes {
+            match looks.as_slice() {
+                [alone] => drop(merging.apart.insert(alone.material, Apart::Alone)),
+                looks => merging.layouts.push(layout(key, looks, surfaces)),
+            }
+        }
+        Ok(merging)
+    }
+
+    /// The merged materials.
+    pub(crate) fn classes(&self) -> impl Iterator<Item = &Class> {
+        self.layouts.iter().filter_map(|layout| layout.class.as_ref())
+    }
+}
+
+/// Surfaces and groups by the material that they wear.
+fn wearers(asset: &Asset, surfaces: &[Geometry]) -> Result<BTreeMap<usize, Vec<(usize, u32)>>> {
+    let mut wearers: BTreeMap<usize, Vec<(usize, u32)>> = BTreeMap::new();
+    for (index, surface) in surfaces.iter().enumerate() {
+        for (group, part) in (0..).zip(&surface.parts) {
+            for material in worn_materials(asset, &part.primitive)? {
+                let groups = wearers.entry(material).or_default();
+                if groups.last() != Some(&(index, group)) {
+                    groups.push((index, group));
+                }
+            }
+        }
+    }
+    Ok(wearers)
+}
+
+/// Materials that something else refers to: variants, points and lines, animations.
+fn fixed(asset: &Asset, surfaces: &[Geometry]) -> Result<BTreeMap<usize, Apart>> {
+    let mut fixed = BTreeMap::new();
+    animated(asset.json.get("animations").unwrap_or(&Value::Null), &mut fixed);
+    for mesh in 0..asset.count("meshes") {
+        for own in Primitive::of_mesh(asset, mesh)?.iter().filter(|own| !own.is_surface()) {
+            fixed.extend(worn_materials(asset, own)?.into_iter().map(|m| (m, Apart::BeyondCharts)));
+        }
+    }
+    for part in surfaces.iter().flat_map(|surface| &surface.parts) {
+        let worn = worn_materials(asset, &part.primitive)?;
+        if worn.len() > 1 {
+            fixed.extend(worn.into_iter().map(|material| (material, Apart::Variants)));
+        }
+    }
+    Ok(fixed)
+}
+
+/// Materials that a pointer in animations leads to.
+fn animated(json: &Value, found: &mut BTreeMap<usize, Apart>) {
+    match json {
+        Value::String(text) => {
+            let index = text.strip_prefix("/materials/").and_then(|rest| rest.split('/').next());
+            found.extend(index.and_then(|i| i.parse().ok()).map(|i| (i, Apart::Animated)));
+        }
+        Value::Array(list) => list.iter().for_each(|own| animated(own, found)),
+        Value::Object(object) => object.values().for_each(|own| animated(own, found)),
+        _ => {}
+    }
+}
+
+/// Why a material can't be merged with any.
+fn unfit(
+    asset: &Asset,
+    surfaces: &[Geometry],
+    (material, groups): (usize, &[(usize, u32)]),
+    slots: &[TextureSlot],
+) -> Option<Apart> {
+    let at = format!("/materials/{material}/");
+    let is_core = |slot: &TextureSlot| PLACES.iter().any(|place| slot.at[at.len()..] == **place);
+    let anisotropy = asset.json.pointer(&format!("{at}extensions/KHR_materials_anisotropy"));
+    let lacks_uvs = |slot: &TextureSlot| {
+        let sets = |&(surface, _): &(usize, u32)| surfaces[surface].welded.mesh.layout.uv_sets;
+        groups.iter().map(sets).any(|sets| slot.uv_set >= sets)
+    };
+    if !slots.iter().all(is_core) || anisotropy.is_some() {
+        Some(Apart::Extension)
+    } else if slots.iter().any(|slot| asset.images[slot.image].is_missing()) {
+        Some(Apart::Missing)
+    } else {
+        slots.iter().any(lacks_uvs).then_some(Apart::NoCharts)
+    }
+}
+
+/// What materials of a class agree in, as the beginning of their merged one.
+fn agreement(material: &Value) -> Value {
+    let mut own = Map::new();
+    let mut keep = |key: &str, default: Value| {
+        if let Some(value) = material.get(key).filter(|value| **value != default) {
+            own.insert(key.to_owned(), value.clone());
+        }
+    };
+    keep("alphaMode", json!("OPAQUE"));
+    if material.get("alphaMode") == Some(&json!("MASK")) {
+        keep("alphaCutoff", json!(0.5));
+    }
+    keep("doubleSided", json!(false));
+    keep("extensions", json!({}));
+    Value::Object(own)
+}

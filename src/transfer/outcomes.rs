@@ -1,0 +1,105 @@
+//! What a transfer made of each material, for the report.
+
+use serde::Serialize;
+use serde_json::Value;
+
+use super::layout::UvLayout;
+use super::merge_materials::Apart;
+use super::plan::Plan;
+use crate::document::asset::Asset;
+use crate::document::material::material_slots;
+use crate::error::Result;
+
+/// What becomes of the textures of a material.
+#[derive(Clone, Debug, Serialize)]
+pub struct MaterialTextures {
+    /// Its index.
+    pub material: usize,
+    /// Its name, if it has one.
+    pub name: Option<String>,
+    /// Its textures.
+    pub textures: Vec<TextureFate>,
+    /// All materials that it is merged with, itself among them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub merged: Vec<usize>,
+    /// Why it, or a primitive that wears it, stays by itself, if materials are to be merged.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub apart: Option<String>,
+}
+
+impl MaterialTextures {
+    /// What people know it by: its name, or else its index.
+    pub(crate) fn called(&self) -> String {
+        self.name.clone().unwrap_or_else(|| self.material.to_string())
+    }
+}
+
+/// What becomes of a texture.
+#[derive(Clone, Debug, Serialize)]
+pub struct TextureFate {
+    /// Its place in the material.
+    pub texture: String,
+    /// Its image.
+    pub image: usize,
+    /// Where each level's own texels lie.
+    pub fate: Fate,
+    /// Why it is shared, if it is.
+    pub why: Option<String>,
+}
+
+/// Where the texels of a level's texture lie.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Fate {
+    /// Where the source's are.
+    InPlace,
+    /// In a new atlas.
+    NewAtlas,
+    /// In the atlas of a merged material.
+    Merged,
+    /// In the source's image, which all levels share.
+    Shared,
+}
+
+impl Plan {
+    /// What becomes of the textures of each material.
+    pub(crate) fn fates(&self, asset: &Asset) -> Result<Vec<MaterialTextures>> {
+        let materials = material_slots(asset)?.into_iter().enumerate();
+        let textures = materials.map(|(material, slots)| {
+            let at = format!("/materials/{material}");
+            let name = asset.json.pointer(&format!("{at}/name")).and_then(Value::as_str);
+            let class = self.classes().find(|class| class.materials.contains(&material));
+            let textures = slots.iter().map(|slot| TextureFate {
+                texture: slot.at.trim_start_matches(&at).trim_start_matches('/').to_owned(),
+                image: slot.image,
+                fate: if class.is_some() { Fate::Merged } else { self.fate(slot.image) },
+                why: match class {
+                    Some(_) => None,
+                    None => self.shared[slot.image].map(|why| why.to_string()),
+                },
+            });
+            let rest = self.joins.rest.contains(&material);
+            let rest = rest.then(|| "its vertices have other attributes than others'".to_owned());
+            MaterialTextures {
+                material,
+                name: name.map(str::to_owned),
+                textures: textures.collect(),
+                merged: class.map_or(Vec::new(), |class| class.materials.clone()),
+                apart: self.apart.get(&material).map(Apart::to_string).or(rest),
+            }
+        });
+        let is_told = |own: &MaterialTextures| {
+            !own.textures.is_empty() || !own.merged.is_empty() || own.apart.is_some()
+        };
+        Ok(textures.filter(is_told).collect())
+    }
+
+    fn fate(&self, image: usize) -> Fate {
+        let is_own = |layout: &&UvLayout| layout.images.iter().any(|own| own.image == image);
+        match self.layouts.iter().find(is_own) {
+            Some(layout) if layout.is_new => Fate::NewAtlas,
+            Some(_) => Fate::InPlace,
+            None => Fate::Shared,
+        }
+    }
+}

@@ -1,0 +1,171 @@
+//! The charts of a level laid out anew: the UVs of its first set are replaced.
+
+use glam::{Vec2, Vec3};
+use rustc_hash::FxHashMap;
+use seamwise_attr::{Level, Mesh, WedgeId};
+use seamwise_texture::Error::Full;
+use seamwise_texture::{RepackOptions, Repacked, UvMesh, repack};
+
+use super::layout::{SourceReading, UvLayout};
+use crate::error::{Error, Result};
+
+/// Of the side of an atlas, between its charts.
+const PADDING: f64 = 1.0 / 256.0;
+/// Texels between charts at least: a bilinear tap on each side.
+const LEAST_PADDING: usize = 2;
+
+/// An atlas grows up to this many times where it would not hold all charts.
+const MOST_TIMES: usize = 64;
+
+/// Lays the triangles of a layout out anew on a level, one entry per surface, in an atlas of `side`
+/// texels along each axis. `density` has the texels per length of each entry of its charts, 1 where it
+/// is empty, and `stretches` the lengths in the scene over those of each surface's mesh. Returns how many times larger the atlas must be to hold all charts.
+///
+/// # Errors
+/// [`Error::Unsupported`] if no atlas holds them.
+pub(super) fn relay(
+    (layout, density): (&UvLayout, &[f64]),
+    levels: &mut [Level],
+    stretches: &[f64],
+    side: usize,
+) -> Result<usize> {
+    for charts in &layout.charts {
+        add_uvs(&mut levels[charts.surface].mesh);
+    }
+    let gathered = Gathered::new(layout, levels, stretches);
+    let mesh = UvMesh {
+        positions: &gathered.positions,
+        uvs: &gathered.uvs,
+        triangles: &gathered.triangles,
+        groups: &gathered.groups,
+    };
+    let mut times = 1;
+    loop {
+        let size = side * times;
+        let padding = ((size as f64 * PADDING).round() as usize).max(LEAST_PADDING);
+        match repack(&mesh, &RepackOptions { size, padding, density: density.to_vec() }) {
+            Ok(repacked) => {
+                gathered.apply(&repacked, levels);
+                return Ok(times);
+            }
+            Err(Full { .. }) if times < MOST_TIMES => times *= 2,
+            Err(error) => {
+                let what = format!("laying the charts of a level out anew: {error}");
+                return Err(Error::Unsupported { what });
+            }
+        }
+    }
+}
+
+/// Gives a mesh without UVs a set of them.
+fn add_uvs(mesh: &mut Mesh) {
+    let width = mesh.layout.len();
+    if mesh.layout.uv_sets > 0 {
+        return;
+    }
+    mesh.layout.uv_sets = 1;
+    let row =
+        |wedge: usize| [&[0.0; 2], &mesh.attributes[wedge * width..(wedge + 1) * width]].concat();
+    mesh.attributes = (0..mesh.wedge_points.len()).flat_map(row).collect();
+}
+
+/// The triangles of a layout, of all surfaces together.
+#[derive(Default)]
+struct Gathered {
+    positions: Vec<Vec3>,
+    uvs: Vec<Vec2>,
+    triangles: Vec<[u32; 3]>,
+    groups: Vec<u32>,
+    /// One per vertex: its surface and wedge.
+    wedges: Vec<(usize, WedgeId)>,
+    /// One per triangle: its surface and number.
+    numbers: Vec<(usize, usize)>,
+}
+
+impl Gathered {
+    fn new(layout: &UvLayout, levels: &[Level], stretches: &[f64]) -> Self {
+        let mut gathered = Self::default();
+        let mut known: FxHashMap<(usize, WedgeId), u32> = FxHashMap::default();
+        for (index, charts) in layout.charts.iter().enumerate() {
+            let reading = layout.reading(index);
+            if reading.is_none() && layout.class.is_none() {
+                continue;
+            }
+            let mesh = &levels[charts.surface].mesh;
+            let own = (0..mesh.triangles.len()).filter(|&t| mesh.groups[t] == charts.group);
+            for triangle in own {
+                let corners = mesh.triangles[triangle].map(|wedge| {
+                    *known.entry((charts.surface, wedge)).or_insert_with(|| {
+                        gathered.wedges.push((charts.surface, wedge));
+                        gathered.add(mesh, wedge, reading, stretches[charts.surface])
+                    })
+                });
+                gathered.triangles.push(corners);
+                gathered.groups.push(index as u32);
+                gathered.numbers.push((charts.surface, triangle));
+            }
+        }
+        gathered
+    }
+
+    /// What reads no image keeps the charts of its first UV set, if it has one.
+    fn add(
+        &mut self,
+        mesh: &Mesh,
+        wedge: WedgeId,
+        reading: Option<SourceReading>,
+        stretch: f64,
+    ) -> u32 {
+        let position = mesh.positions[mesh.wedge_points[wedge]];
+        self.positions.push(position * stretch as f32);
+        self.uvs.push(match reading {
+            Some(reading) => reading.transform.transform_point2(mesh.uv(wedge, reading.uv_set)),
+            None if mesh.layout.uv_sets > 0 => mesh.uv(wedge, 0),
+            None => Vec2::ZERO,
+        });
+        self.uvs.len() as u32 - 1
+    }
+
+    /// Gives the levels the new layout: a wedge for each of its vertices.
+    fn apply(&self, repacked: &Repacked, levels: &mut [Level]) {
+        let mut new = Vec::with_capacity(repacked.uvs.len());
+        for (&vertex, uv) in repacked.vertices.iter().zip(&repacked.uvs) {
+            let (surface, wedge) = self.wedges[vertex as usize];
+            let Level { mesh, wedge_sources, .. } = &mut levels[surface];
+            let mut row = mesh.row(wedge).to_vec();
+            let set = mesh.layout.uv(0);
+            row[set..set + 2].copy_from_slice(&uv.to_array());
+            mesh.attributes.extend(row);
+            mesh.wedge_points.push(mesh.wedge_points[wedge]);
+            wedge_sources.push(wedge_sources[wedge.index()]);
+            new.push(WedgeId::new(mesh.wedge_points.len() - 1));
+        }
+        for (&(surface, triangle), corners) in self.numbers.iter().zip(&repacked.triangles) {
+            levels[surface].mesh.triangles[triangle] = corners.map(|corner| new[corner as usize]);
+        }
+        levels.iter_mut().for_each(drop_unused);
+    }
+}
+
+/// Leaves out the wedges that no triangle has any more.
+fn drop_unused(level: &mut Level) {
+    let Level { mesh, wedge_sources, .. } = level;
+    let mut is_used = vec![false; mesh.wedge_points.len()];
+    mesh.triangles.iter().flatten().for_each(|&wedge| is_used[wedge] = true);
+    let width = mesh.layout.len();
+    let mut new = vec![WedgeId(0); is_used.len()];
+    let mut kept = 0;
+    for old in (0..is_used.len()).filter(|&wedge| is_used[wedge]) {
+        new[old] = WedgeId::new(kept);
+        mesh.wedge_points[kept] = mesh.wedge_points[old];
+        wedge_sources[kept] = wedge_sources[old];
+        mesh.attributes.copy_within(old * width..(old + 1) * width, kept * width);
+        kept += 1;
+    }
+    mesh.wedge_points.truncate(kept);
+    wedge_sources.truncate(kept);
+    mesh.attributes.truncate(kept * width);
+    for wedge in mesh.triangles.iter_mut().flatten() {
+        *wedge = new[*wedge];
+    }
+}

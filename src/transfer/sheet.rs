@@ -1,0 +1,250 @@
+//! The images of the levels, sheet by sheet, so that each image of the source is decoded once.
+
+use std::sync::atomic::AtomicUsize;
+
+use image::{ColorType, DynamicImage, GenericImageView, ImageDecoder};
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+use seamwise_attr::Mesh;
+use seamwise_texture::transfer::{Job, Output, Pair, Picture, Reading, Transferred, transfer};
+use seamwise_texture::{Role, Validity, repair};
+
+use super::encode::store;
+use super::layout::{Charts, Class, ImageUse, NewNormals, SourceReading, UvLayout, faces};
+use super::merged_images;
+use super::options::{BakeNormals, TransferOptions};
+use super::original::{Origin, Original};
+use super::plan::Plan;
+use super::sizes::Yardstick;
+use crate::error::{Error, Result};
+use crate::image_file::codec::{decode, open};
+use crate::image_file::encoded::EncodedImage;
+use crate::level::textures::{MergedMaterial, NormalMap};
+use crate::limit::MemoryLimit;
+use crate::surface::geometry::Geometry;
+
+/// Levels gain a normal map for a loss of shading from this RMS angle on, in degrees.
+const LOST: f64 = 1.0;
+
+/// A level as it is worn.
+pub(super) struct Worn<'a> {
+    /// One per surface.
+    pub(super) meshes: Vec<&'a Mesh>,
+    /// The same with their sources.
+    pub(super) pairs: Vec<Pair<'a>>,
+}
+
+/// Images of one layout and one size, which are made together.
+pub(super) struct Sheet<'a> {
+    pub(super) layout: &'a UvLayout,
+    /// Width and height of the source's images.
+    pub(super) size: [usize; 2],
+    /// One per entry of the charts of a merged material: texels of the images it is made of, if any.
+    pub(super) texels: Vec<Option<f64>>,
+    images: Vec<&'a ImageUse>,
+    /// Normal maps that take this size.
+    normals: Vec<&'a NewNormals>,
+}
+
+/// The images of a sheet for one level.
+#[derive(Clone, Debug)]
+pub(super) struct Made {
+    pub(super) size: [usize; 2],
+    /// With what they replace.
+    pub(super) images: Vec<(usize, EncodedImage)>,
+    pub(super) normals: Vec<NormalMap>,
+    pub(super) merged: Option<MergedMaterial>,
+}
+
+impl Made {
+    /// Of all files.
+    pub(super) fn bytes(&self) -> usize {
+        let old = self.images.iter().map(|(_, image)| image.bytes.len());
+        let new = self.normals.iter().map(|own| own.image.bytes.len());
+        old.chain(new).sum::<usize>() + self.merged.as_ref().map_or(0, MergedMaterial::bytes)
+    }
+}
+
+/// The sheets of all layouts.
+pub(super) fn sheets<'a>(
+    origin: &Origin<'_>,
+    plan: &'a Plan,
+    options: &TransferOptions,
+) -> Result<Vec<Sheet<'a>>> {
+    let mut sheets: Vec<Sheet<'a>> = Vec::new();
+    for layout in &plan.layouts {
+        let first = sheets.len();
+        if let Some(class) = &layout.class {
+            sheets.push(merged_sheet(origin, layout, class)?);
+        }
+        for own in &layout.images {
+            let size = header_size(&origin.asset.images[own.image], own.image, origin.limit)?;
+            let known = sheets[first..].iter().position(|sheet| sheet.size == size);
+            let at = known.map_or(sheets.len(), |at| first + at);
+            if at == sheets.len() {
+                let (images, normals, texels) = (Vec::new(), Vec::new(), Vec::new());
+                sheets.push(Sheet { layout, size, texels, images, normals });
+            }
+            sheets[at].images.push(own);
+            if options.bake_normals != BakeNormals::Off {
+                let new = plan.normals.iter().filter(|normals| normals.image == own.image);
+                sheets[at].normals.extend(new);
+            }
+        }
+    }
+    Ok(sheets)
+}
+
+/// The sheet of a merged material, as large as the images together that it is made of.
+fn merged_sheet<'a>(origin: &Origin<'_>, layout: &'a UvLayout, class: &Class) -> Result<Sheet<'a>> {
+    let mut most: FxHashMap<usize, f64> = FxHashMap::default();
+    for output in &class.outputs {
+        for (material, folded) in class.worn.iter().zip(&output.readings) {
+            let Some((image, _)) = folded.source else { continue };
+            let [width, height] = header_size(&origin.asset.images[image], image, origin.limit)?;
+            let most = most.entry(*material).or_default();
+            *most = most.max((width * height) as f64);
+        }
+    }
+    let of = |material: &usize| most.get(material).copied();
+    let side = merged_images::side(class.materials.iter().map(of));
+    let texels = class.worn.iter().map(of).collect();
+    Ok(Sheet { layout, size: [side; 2], texels, images: Vec::new(), normals: Vec::new() })
+}
+
+fn header_size(image: &EncodedImage, index: usize, limit: MemoryLimit) -> Result<[usize; 2]> {
+    let at = format!("/images/{index}");
+    let (width, height) = match image.format.codec() {
+        Some(codec) => open(&image.bytes, codec, limit)
+            .map_err(|error| Error::invalid(at, error.to_string()))?
+            .dimensions(),
+        None => decode(image, &at, limit)?.dimensions(),
+    };
+    Ok([width as usize, height as usize])
+}
+
+impl Sheet<'_> {
+    /// The source's images, each with what its texels mean.
+    fn pictures(&self) -> Vec<(usize, Role)> {
+        match &self.layout.class {
+            Some(class) => class.pictures(),
+            None => self.images.iter().map(|own| (own.image, own.role)).collect(),
+        }
+    }
+
+    /// The source's images.
+    pub(super) fn originals(&self, origin: &Origin<'_>) -> Result<Vec<Original>> {
+        let read = |(index, role): (usize, Role)| {
+            let at = format!("/images/{index}");
+            let image = &origin.asset.images[index];
+            let decoded;
+            let texels = match &origin.repairs[index].result {
+                Ok(repaired) => &repaired.texels,
+                Err(_) => {
+                    decoded = decode(image, &at, origin.limit)?;
+                    &decoded
+                }
+            };
+            let picture = Picture::new(texels, role);
+            let picture = picture.map_err(|error| Error::invalid(&at, error.to_string()))?;
+            Ok(Original { color: texels.color(), format: image.format, picture })
+        };
+        self.pictures().into_par_iter().map(read).collect()
+    }
+
+    /// The charts that show each of the source's images.
+    pub(super) fn shown(&self) -> Vec<Vec<Charts>> {
+        let charts = &self.layout.charts;
+        let of = |picture: (usize, Role)| match &self.layout.class {
+            Some(class) => {
+                let is_shown = |at: &usize| class.shows(*at, picture);
+                (0..charts.len()).filter(is_shown).map(|at| charts[at]).collect()
+            }
+            None => charts.clone(),
+        };
+        self.pictures().into_iter().map(of).collect()
+    }
+
+    /// Texels per length of each entry of the charts; all 1 if it is empty.
+    pub(super) fn densities(&self, yardstick: &Yardstick, surfaces: &[Geometry]) -> Vec<f64> {
+        let Some(class) = &self.layout.class else { return Vec::new() };
+        let area = |charts| yardstick.worn_area(surfaces, std::slice::from_ref(charts));
+        let areas: Vec<f64> = self.layout.charts.iter().map(area).collect();
+        merged_images::densities(&class.worn, &areas, &self.texels)
+    }
+
+    /// Makes the images for one level, `size` texels large. `rows` counts those that are done.
+    pub(super) fn make(
+        &self,
+        origin: &Origin<'_>,
+        originals: &[Original],
+        (worn, size): (&Worn<'_>, [usize; 2]),
+        options: &TransferOptions,
+        rows: &AtomicUsize,
+    ) -> Result<Made> {
+        let (wrap, is_in_place) = (self.layout.wrap, !self.layout.is_new);
+        let class = self.layout.class.as_ref();
+        let gains = options.bake_normals != BakeNormals::Off;
+        let outputs = match class {
+            Some(class) => merged_images::outputs(class, originals, gains),
+            None => self.outputs(originals),
+        };
+        let faces = faces(&self.layout.charts, &worn.meshes);
+        let (pairs, faces, outputs) = (&worn.pairs[..], &faces[..], &outputs[..]);
+        let job = Job { pairs, faces, size, wrap, is_in_place, outputs };
+        let Transferred { images, normal_degrees_rms } =
+            transfer(&job, rows).map_err(Error::internal)?;
+        let fill = |((mut image, validity), output): ((DynamicImage, Validity), &Output<'_>)| {
+            repair(&mut image, output.role, &validity, wrap).map_err(Error::internal)?;
+            Ok(image)
+        };
+        let filled = images.into_par_iter().zip(outputs).map(fill).collect::<Result<Vec<_>>>()?;
+        let is_lost = options.bake_normals == BakeNormals::On || normal_degrees_rms >= LOST;
+        let format = (options.format, options.quality);
+        if let Some(class) = class {
+            let (had, gains) = (gains, gains && is_lost);
+            let merged = merged_images::finish(class, originals, (&filled, had), gains, format)?;
+            let (images, normals) = (Vec::new(), Vec::new());
+            return Ok(Made { size, images, normals, merged: Some(merged) });
+        }
+        let (old, new) = filled.split_at(self.images.len());
+        let finish = |(own, image): (&&ImageUse, &DynamicImage)| {
+            let before = &origin.asset.images[own.image];
+            Ok((own.image, store(image, own.role, Some(before), format)?))
+        };
+        let gain = |(normals, image): (&&NewNormals, &DynamicImage)| {
+            let (materials, like) = (normals.materials.clone(), normals.like.clone());
+            Ok(NormalMap { image: store(image, Role::Normal, None, format)?, materials, like })
+        };
+        Ok(Made {
+            size,
+            images: self.images.par_iter().zip(old).map(finish).collect::<Result<_>>()?,
+            normals: match is_lost {
+                true => self.normals.par_iter().zip(new).map(gain).collect::<Result<_>>()?,
+                false => Vec::new(),
+            },
+            merged: None,
+        })
+    }
+
+    /// The source's images, then the new normal maps.
+    fn outputs<'a>(&self, originals: &'a [Original]) -> Vec<Output<'a>> {
+        let charts = &self.layout.charts;
+        let old = self.images.iter().zip(originals).map(|(own, original)| {
+            let reading = |reading: &Option<SourceReading>| {
+                let SourceReading { uv_set, transform, wrap, normal_scale } = (*reading)?;
+                let (picture, level_normal_scale) = (Some(&original.picture), normal_scale);
+                let own = Reading { picture, uv_set, transform, wrap, ..Reading::default() };
+                Some(Reading { normal_scale, level_normal_scale, ..own })
+            };
+            let readings = own.readings.iter().map(reading).collect();
+            Output { role: own.role, color: original.color, readings }
+        });
+        let new = self.normals.iter().map(|normals| {
+            let reading = |charts: &Charts| normals.charts.contains(charts).then(Reading::default);
+            let readings = charts.iter().map(reading).collect();
+            Output { role: Role::Normal, color: ColorType::Rgb8, readings }
+        });
+        old.chain(new).collect()
+    }
+}

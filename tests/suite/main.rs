@@ -1,0 +1,31 @@
+//! All tests from the outside but those of hostile files, in one binary: linking a binary for each
+//! takes longer than most of them run. `cargo test --test suite rigs::` runs those of one file.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod bake;
+mod batch;
+mod cli;
+mod evaluate;
+mod formats;
+mod golden;
+mod inputs;
+mod lightmaps;
+mod low_poly;
+mod merging;
+mod output;
+mod outside;
+mod pictures;
+mod repair;
+mod report;
+mod rigs;
+mod rooms;
+mod round_trip;
+mod scenes;
+mod seeds;
+mod steering;
+mod tiles;
+mod transfer;
+mod transfer_shape;
+mod transfer_worn;

@@ -1,0 +1,13 @@
+//! What texels mean.
+
+/// What the samples of an image mean.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Role {
+    /// Base color, emission: sRGB in integer images, linear light in float images.
+    #[default]
+    Color,
+    /// A normal map: unit vectors stored as (v + 1) / 2 in three channels.
+    Normal,
+    /// Anything else, channel by channel as stored: occlusion, roughness, metalness, masks.
+    Data,
+}
