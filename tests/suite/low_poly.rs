@@ -69,7 +69,7 @@ fn levels(model: &Model) -> Vec<Kept> {
 
 fn first_mesh_area(output: &Output) -> f32 {
     let parts = output.parts(0);
-    let area = |part: &common::output::Part, triangle: &[u32; 3]| {
+    let area = |part: &crate::common::output::Part, triangle: &[u32; 3]| {
         let [a, b, c] = triangle.map(|v| glam::Vec3::from_array(part.positions[v as usize]));
         (b - a).cross(c - a).length() / 2.0
     };
