@@ -179,6 +179,7 @@ fn bare_scene(mesh: &Mesh) -> Scene {
         colors: vec![glam::Vec4::ONE; mesh.wedge_points.len()],
         triangles: mesh.triangles.iter().map(|t| t.map(|w| w.0)).collect(),
         tangents: vec![[glam::Vec4::ZERO; 3]; mesh.triangles.len()],
+        triangle_meshes: Vec::new(),
         triangle_materials: vec![0; mesh.triangles.len()],
         materials: vec![white],
     }

@@ -159,7 +159,7 @@ pub fn polish_chain(
                 locked: &locked,
                 turn_cosine: options.turn_cosine(),
                 keep_volume: options.keep_volume,
-                max_move: options.max_deviation.map_or(f64::INFINITY, |limit| limit / 2.0),
+                max_move: options.max_deviation.map_or(f64::INFINITY, |limit| limit * 0.75),
             };
             polish.fit(&source, &mut level.mesh, &guards);
             finish_attributes(&mut level.mesh, &range);

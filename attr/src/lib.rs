@@ -14,6 +14,13 @@
 //! in a collapsing triangle, and leaves the others alone. For a fixed position the best attributes
 //! are in closed form, so each wedge reduces to a plain quadric in position; their sum is solved
 //! once, and a seam moves as one.
+//!
+//! # Where a descent ends
+//!
+//! At its targets; where nothing legal is left ([`Stop::NoLegalCollapse`]); before a cost above
+//! [`Options::max_error`]; or, with [`Options::max_deviation`], before the shape is ruined
+//! ([`Stop::Deviation`]). What bars the way gives way at its price before: loops of three edges around
+//! handles, holes and necks become points, and small shells vanish.
 
 mod buckets;
 mod bvh;

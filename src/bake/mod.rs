@@ -162,7 +162,7 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
         files: Vec::new(),
         input: input_report(input, &asset, &geometries),
         screen: options.screen,
-        levels: level_reports(&dressed, &chains, &steering, options, measured.as_ref()),
+        levels: level_reports(&asset, &dressed, &chains, &steering, options, measured.as_ref()),
         meshes: mesh_reports(&asset, &geometries, &chains),
         materials,
         seconds: clock.seconds,
@@ -261,12 +261,15 @@ fn evaluate_all(
         let reference = Reference::new(&scene, options)?;
         let count = || done.fetch_add(1, Ordering::Relaxed);
         count();
-        let mut metrics = Vec::with_capacity(levels.len());
+        let mut measured = Measured::new(reference.diagonal());
         for level in levels {
             progress.check("evaluate")?;
-            metrics.push(reference.compare(&load(level, textures)?)?);
+            let metrics = reference.compare(&load(level, textures)?)?;
+            let is_off = metrics.distance_max > 0.0;
+            measured.farthest.push(reference.part_at(metrics.distance_max_at).filter(|_| is_off));
+            measured.metrics.push(metrics);
             count();
         }
-        Ok(Measured { metrics, diagonal: reference.diagonal() })
+        Ok(measured)
     })
 }

@@ -88,7 +88,7 @@ pub enum Targets {
 /// are one in this.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BudgetPer {
-    /// Each mesh keeps the same share of its own.
+    /// Each mesh keeps the same share of its own, and twelve at least if it has them.
     Mesh,
     /// Each keeps what it costs most to lose, as large and as often as the scene shows it.
     #[default]

@@ -1,6 +1,6 @@
 //! What a bake tells of its source and its levels.
 
-use seamwise_attr::Level;
+use seamwise_attr::{Level, Stop};
 
 use super::input::Input;
 use super::options::{BakeOptions, BudgetPer};
@@ -9,7 +9,7 @@ use super::steering::MeshSteering;
 use crate::document::asset::Asset;
 use crate::export::bundle::Measured;
 use crate::level::{DressedLevel, LevelMesh};
-use crate::report::{InputReport, LevelReport};
+use crate::report::{FarthestPart, InputReport, LevelReport};
 use crate::surface::geometry::Geometry;
 
 pub(crate) fn input_report(
@@ -32,7 +32,16 @@ pub(crate) fn input_report(
     }
 }
 
+/// Why a descent stopped, and what may be done about it.
+fn explain(stop: Stop) -> String {
+    match stop {
+        Stop::Deviation => format!("{stop}; --reach-target goes on"),
+        Stop::NoLegalCollapse | Stop::ErrorLimit => stop.to_string(),
+    }
+}
+
 pub(crate) fn level_reports(
+    asset: &Asset,
     dressed: &[DressedLevel<'_>],
     chains: &[Vec<Level>],
     steering: &[MeshSteering],
@@ -64,11 +73,17 @@ pub(crate) fn level_reports(
             draw_calls: dressed[index].meshes.iter().map(LevelMesh::draw_calls).sum(),
             texture_bytes: dressed[index].textures.bytes(),
             reached: stopped.is_empty(),
-            why: stopped.first().map(|stop| match chains.len() {
-                1 => stop.to_string(),
-                surfaces => format!("in {} of {surfaces} surfaces {stop}", stopped.len()),
+            why: stopped.first().map(|&stop| match chains.len() {
+                1 => explain(stop),
+                surfaces => {
+                    format!("in {} of {surfaces} surfaces {}", stopped.len(), explain(stop))
+                }
             }),
             largest_size_pixels: sizes.as_ref().map(|sizes| sizes[index]),
+            farthest: measured.and_then(|measured| {
+                let place = measured.metrics[index].distance_max_at;
+                measured.farthest[index].map(|part| FarthestPart::new(asset, part, place))
+            }),
             metrics: measured.map(|measured| measured.metrics[index]),
         }
     };

@@ -92,10 +92,14 @@ pub(crate) fn polish_all(
     })
 }
 
+/// A mesh of its own budget keeps as many triangles as a box: fewer would be shards.
+const LEAST: usize = 12;
+
 /// The triangles each level of a surface is to have.
 fn targets(geometry: &Geometry, shares: &[f64]) -> Vec<usize> {
-    let own = geometry.welded.mesh.triangles.len() as f64;
-    shares.iter().map(|share| ((own * share).round() as usize).max(1)).collect()
+    let own = geometry.welded.mesh.triangles.len();
+    let share = |share: &f64| ((own as f64 * share).round() as usize).max(LEAST.min(own));
+    shares.iter().map(share).collect()
 }
 
 pub(crate) fn triangle_count(geometries: &[Geometry]) -> usize {

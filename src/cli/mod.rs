@@ -95,8 +95,9 @@ pub(crate) struct BakeArgs {
     /// The triangles that each level has, from fine to coarse.
     #[arg(long, value_delimiter = ',', value_name = "N,N,…", conflicts_with_all = ["levels", "ratios"])]
     triangles: Option<Vec<usize>>,
-    /// What these are counted over, where an asset has several meshes. Meshes whose borders meet are
-    /// one in this, and one that is shown often counts once.
+    /// What these are counted over, where an asset has several meshes: over all, since half of a floor of
+    /// two triangles is no floor, or over each. Meshes whose borders meet are one in this, and one that
+    /// is shown often counts once.
     #[arg(long, value_enum, default_value_t = BudgetName::Scene, value_name = "WHAT")]
     budget_per: BudgetName,
     /// Leave the levels as the descent left them, which is faster and less like the source.
@@ -142,7 +143,7 @@ pub(crate) struct BakeArgs {
 /// `--budget-per`.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum BudgetName {
-    /// Each mesh keeps the same share of its triangles.
+    /// Each mesh keeps the same share of its triangles, and as many as a box at least.
     Mesh,
     /// Each mesh keeps what it costs most to lose, as large and as often as the scene shows it.
     Scene,

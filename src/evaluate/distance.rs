@@ -89,6 +89,11 @@ impl<'a> SampledSurface<'a> {
         self.diagonal
     }
 
+    /// The triangle nearest to a place; `None` if that is not finite, or there is none.
+    pub(super) fn nearest(&self, place: DVec3) -> Option<TriangleId> {
+        self.surface.closest_foot(place, f64::INFINITY, |_| true).map(|foot| foot.triangle)
+    }
+
     fn corners(&self, triangle: TriangleId) -> [DVec3; 3] {
         self.triangles[triangle].map(|p| self.positions[p as usize].as_dvec3())
     }
@@ -138,6 +143,8 @@ pub struct Correspondence {
     pub pairs: Vec<Pair>,
     /// The greatest distance of any point, within 1 % and 1e-5 of the diagonal.
     pub greatest: f64,
+    /// The point that is so far; the origin where none is off.
+    pub farthest: DVec3,
 }
 
 /// Distances of one surface to another, in the unit of the positions.
@@ -187,8 +194,8 @@ pub fn correspond(from: &SampledSurface<'_>, to: &SampledSurface<'_>) -> Option<
         .map(|samples| samples.iter().filter_map(|s| pair(from, to, &shared, *s)).collect())
         .collect();
     let pairs = pairs.concat();
-    let greatest = greatest_distance(from, to, &shared, &pairs);
-    Some(Correspondence { pairs, greatest })
+    let (greatest, farthest) = greatest_distance(from, to, &shared, &pairs);
+    Some(Correspondence { pairs, greatest, farthest })
 }
 
 /// The counterpart of one sample. None if its position overflows.
@@ -220,14 +227,14 @@ fn pair(
     Some(Pair { sample, target: Sample { triangle, barycentrics }, distance })
 }
 
-/// The greatest distance to `to` of any point of `from`, but those of shared triangles. Of a
-/// triangle without area only the corners count.
+/// The greatest distance to `to` of any point of `from`, but those of shared triangles, and that point. Of
+/// a triangle without area only the corners count.
 fn greatest_distance(
     from: &SampledSurface<'_>,
     to: &SampledSurface<'_>,
     shared: &[Option<(TriangleId, usize)>],
     pairs: &[Pair],
-) -> f64 {
+) -> (f64, DVec3) {
     let (mut vertices, mut own) = (Vec::new(), Vec::new());
     for (id, triangle) in (0..).map(TriangleId::new).zip(from.triangles) {
         if shared[id].is_none() {
@@ -239,11 +246,18 @@ fn greatest_distance(
     }
     vertices.sort_unstable();
     vertices.dedup();
-    let place = |vertex: &u32| from.positions[*vertex as usize].as_dvec3();
-    let distance = |v: &u32| to.surface.closest_foot(place(v), f64::INFINITY, |_| true);
-    let squares = vertices.par_iter().filter_map(distance).map(|foot| foot.distance_squared);
-    let of_vertices = squares.reduce(|| 0.0, f64::max).sqrt();
-    let known = pairs.iter().map(|pair| pair.distance).fold(of_vertices, f64::max);
+    let distance = |vertex: &u32| {
+        let place = from.positions[*vertex as usize].as_dvec3();
+        let foot = to.surface.closest_foot(place, f64::INFINITY, |_| true)?;
+        Some((foot.distance_squared.sqrt(), place))
+    };
+    let of_vertices: Vec<(f64, DVec3)> = vertices.par_iter().filter_map(distance).collect();
+    let of_samples = pairs.iter().map(|pair| {
+        let ([a, b, c], w) = (from.corners(pair.sample.triangle), pair.sample.barycentrics);
+        (pair.distance, a * w.x + b * w.y + c * w.z)
+    });
+    let all = of_vertices.into_iter().chain(of_samples);
+    let known = all.fold((0.0, DVec3::ZERO), |best, own| if own.0 > best.0 { own } else { best });
     let (positions, triangles, surface) = (to.positions, to.triangles, &to.surface);
     let target = Target { positions, triangles, surface, diagonal: to.diagonal };
     farthest(own, &target, known, PARTS_PER_SAMPLE * pairs.len())

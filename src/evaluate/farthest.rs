@@ -68,20 +68,24 @@ struct Piece {
     most: f64,
 }
 
-/// The greatest distance to `target` of a point of `pieces`, triangles of three corners, or
-/// `at_least`, the distance of a point that is known already, if that is more.
+/// The greatest distance to `target` of a point of `pieces`, triangles of three corners, and that point; or
+/// what is known already, if that is more.
 /// Parts of triangles are looked at as long as they are not more than `budget` in all, whatever the
 /// surfaces are. The same at any thread count.
 pub(super) fn farthest(
     pieces: Vec<[DVec3; 3]>,
     target: &Target<'_>,
-    at_least: f64,
+    known: (f64, DVec3),
     mut budget: usize,
-) -> f64 {
-    let (mut greatest, mut open, mut cut) = (at_least, Vec::new(), pieces);
+) -> (f64, DVec3) {
+    let ((mut greatest, mut place), mut open, mut cut) = (known, Vec::new(), pieces);
     for promising in [|piece: &Piece| piece.distance, |piece: &Piece| piece.most].iter().cycle() {
         open.par_extend(cut.par_iter().filter_map(|corners| target.measure(*corners)));
-        greatest = open.iter().map(|piece| piece.distance).fold(greatest, f64::max);
+        for piece in &open {
+            if piece.distance > greatest {
+                (greatest, place) = (piece.distance, piece.corners.iter().sum::<DVec3>() / 3.0);
+            }
+        }
         let enough = greatest * (1.0 + TOLERANCE) + FLOOR * target.diagonal;
         open.retain(|piece| piece.most > enough);
         let count = open.len().min(BATCH).min(budget / 4);
@@ -93,7 +97,7 @@ pub(super) fn farthest(
         open.select_nth_unstable_by(rest, |a, b| promising(a).total_cmp(&promising(b)));
         cut = open.drain(rest..).flat_map(|piece| quarter(piece.corners)).collect();
     }
-    greatest
+    (greatest, place)
 }
 
 /// A triangle cut at the middles of its edges.
@@ -110,7 +114,7 @@ mod tests {
     fn farthest_of(piece: [Vec3; 3], positions: &[Vec3], triangles: &[[u32; 3]]) -> f64 {
         let surface = Surface::new(positions, triangles.iter().copied());
         let target = Target { positions, triangles, surface: &surface, diagonal: 1.0 };
-        farthest(vec![piece.map(Vec3::as_dvec3)], &target, 0.0, 1 << 20)
+        farthest(vec![piece.map(Vec3::as_dvec3)], &target, (0.0, DVec3::ZERO), 1 << 20).0
     }
 
     /// The edges of a triangular hole around the z axis, of radius 1, as three slivers.
@@ -153,7 +157,7 @@ mod tests {
         let target = Target { positions, triangles, surface: &surface, diagonal: 1.0 };
         let corners = [at(0, 0), at(64, 0), at(64, 64), at(0, 64)].map(Vec3::as_dvec3);
         let [a, b, c, d] = corners;
-        let found = farthest(vec![[a, b, c], [a, c, d]], &target, 0.0, 12_000);
+        let (found, _) = farthest(vec![[a, b, c], [a, c, d]], &target, (0.0, DVec3::ZERO), 12_000);
         assert!((found / (3.0 / 128.0) - 1.0).abs() < TOLERANCE, "{found}");
     }
 

@@ -102,6 +102,7 @@ pub fn load(asset: &Asset, cache: &mut TextureCache) -> Result<Scene> {
                     return Err(Error::Unsupported { what: "a scene of 2^32 vertices".into() });
                 }
                 soup.place(&tangents, material, world * instance, &mut scene);
+                scene.triangle_meshes.resize(scene.triangles.len(), mesh as u32);
             }
         }
     }

@@ -41,6 +41,10 @@ pub struct Metrics {
     pub distance_mean: f64,
     /// The larger of the two greatest distances.
     pub distance_max: f64,
+    /// The point that is so far from the other surface, in world units; in the JSON of a bake it stands
+    /// with the part that it lies on.
+    #[serde(skip)]
+    pub distance_max_at: [f64; 3],
     /// From the reference to the candidate.
     pub forward: Way,
     /// From the candidate to the reference.

@@ -72,6 +72,15 @@ pub struct Reference<'a> {
     soundness: Soundness,
 }
 
+/// A part of a document: indices of a mesh and of a material of it, if that is not the default.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Part {
+    /// The mesh.
+    pub mesh: usize,
+    /// The material.
+    pub material: Option<usize>,
+}
+
 /// Seed of the samples; any would do, but it must stay.
 const SEED: u64 = 1;
 
@@ -122,6 +131,16 @@ impl<'a> Reference<'a> {
         self.measures.diagonal
     }
 
+    /// The mesh and the material of its triangle nearest to a place, in world units; `None` if that is not
+    /// finite.
+    pub fn part_at(&self, place: [f64; 3]) -> Option<Part> {
+        let triangle = self.surface.nearest(place.into())?;
+        let material = self.scene.triangle_materials[triangle] as usize;
+        let is_default = material + 1 == self.scene.materials.len();
+        let mesh = *self.scene.triangle_meshes.get(triangle.index())? as usize;
+        Some(Part { mesh, material: (!is_default).then_some(material) })
+    }
+
     /// The cameras that see it and every candidate.
     pub fn rig(&self) -> &Rig {
         &self.rig
@@ -170,6 +189,9 @@ impl<'a> Reference<'a> {
             distance_rms: both.distance_rms,
             distance_mean: both.distance_mean,
             distance_max: both.distance_max,
+            distance_max_at: if there.max < back.max { &backward } else { &forward }
+                .farthest
+                .to_array(),
             forward: Way::new(there, self.measures.diagonal),
             backward: Way::new(back, self.measures.diagonal),
             color_rms: looks.color_rms,

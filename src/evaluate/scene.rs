@@ -24,6 +24,8 @@ pub struct Scene {
     pub tangents: Vec<[Vec4; 3]>,
     /// One per triangle: index into `materials`.
     pub triangle_materials: Vec<u32>,
+    /// One per triangle: index of its mesh in the document.
+    pub triangle_meshes: Vec<u32>,
     /// The materials; the last is the default material of glTF.
     pub materials: Vec<Material>,
 }

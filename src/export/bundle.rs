@@ -7,7 +7,7 @@ use super::document::{Coverage, chain_asset};
 use super::files::{Layout, OutputOptions};
 use crate::document::asset::Asset;
 use crate::error::Result;
-use crate::evaluate::Metrics;
+use crate::evaluate::{Metrics, Part};
 use crate::image_file::encoded::EncodedImage;
 use crate::level::DressedLevel;
 use crate::screen::Screen;
@@ -68,11 +68,18 @@ impl Chain<'_> {
 pub(crate) struct Measured {
     /// One per level.
     pub(crate) metrics: Vec<Metrics>,
+    /// One per level: the part of the source where it is off the most, if it is.
+    pub(crate) farthest: Vec<Option<Part>>,
     /// Of the source's bounding box, in world units.
     pub(crate) diagonal: f64,
 }
 
 impl Measured {
+    /// Nothing yet of a source whose bounding box has this diagonal.
+    pub(crate) fn new(diagonal: f64) -> Self {
+        Self { metrics: Vec::new(), farthest: Vec::new(), diagonal }
+    }
+
     /// The RMS distance of each level.
     pub(crate) fn distances(&self) -> impl Iterator<Item = f64> {
         self.metrics.iter().map(|metrics| metrics.distance_rms)

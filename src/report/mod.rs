@@ -2,6 +2,7 @@
 
 mod chart;
 mod csv;
+mod farthest;
 mod figures;
 pub mod html;
 mod meshes;
@@ -23,6 +24,7 @@ use crate::transfer::MaterialTextures;
 use meshes::mesh_table;
 use table::{COLUMNS, header, row};
 
+pub use farthest::FarthestPart;
 pub use meshes::MeshReport;
 pub(crate) use meshes::mesh_reports;
 pub(crate) use table::align;
@@ -102,6 +104,9 @@ pub struct LevelReport {
     /// bounding box spans, if it was evaluated; see [`crate::export::certificate`]. `None` also where the
     /// level has no error at all.
     pub largest_size_pixels: Option<f64>,
+    /// The part of the source where it is off the most, if it was evaluated and is off at all.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub farthest: Option<FarthestPart>,
     /// How far it is from the source, if it was evaluated.
     pub metrics: Option<Metrics>,
 }
@@ -144,7 +149,7 @@ impl BakeReport {
         rows.extend(self.rows());
         let mut text = align(&rows) + &mesh_table(&self.meshes);
         let textures = self.shared_textures().into_iter().chain(self.apart());
-        for line in self.misses().into_iter().chain(textures) {
+        for line in self.misses().into_iter().chain(self.far_off()).chain(textures) {
             text += &format!("{line}\n");
         }
         let s = &self.seconds;
@@ -178,6 +183,15 @@ impl BakeReport {
             Some(format!("level {} missed its {} triangles: {why}", index + 1, level.target))
         };
         self.levels.iter().enumerate().filter_map(miss).collect()
+    }
+
+    /// A line for each level that is far off the source somewhere, with the part that is.
+    fn far_off(&self) -> Vec<String> {
+        let levels = self.levels.iter().enumerate();
+        let line = |(index, level): (usize, &LevelReport)| {
+            level.farthest.as_ref()?.line(index + 1, level.metrics.as_ref()?)
+        };
+        levels.filter_map(line).collect()
     }
 
     /// A line for each material with a texture that levels share, with the reason.

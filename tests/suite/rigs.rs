@@ -10,7 +10,7 @@ use crate::common::{Baked, shared_assets, unmeasured};
 use gltf::Semantic;
 use gltf::accessor::DataType;
 use seamwise::bake::Input;
-use seamwise::bake::options::{BakeOptions, Targets, Textures};
+use seamwise::bake::options::{BakeOptions, BudgetPer, Targets, Textures};
 use seamwise::export::files::OutputOptions;
 use seamwise::export::glb::to_glb;
 use seamwise::import::read;
@@ -66,7 +66,9 @@ fn turns(mesh: usize) -> Poses {
 /// A real asset and its levels.
 fn bake_real(name: &str, targets: Targets) -> Option<(Output, Baked)> {
     let path = shared_assets()?.join(format!("rigged/{name}.glb"));
-    let options = BakeOptions { textures: Textures::Keep, targets, ..unmeasured() };
+    // The limits are those of each mesh's own share.
+    let budget_per = BudgetPer::Mesh;
+    let options = BakeOptions { textures: Textures::Keep, targets, budget_per, ..unmeasured() };
     Some((Output::read(&path), Baked::input(Input::File(&path), &options).expect("a bake")))
 }
 

@@ -132,7 +132,7 @@ fn assert_comes_back(path: &Path, output: OutputOptions) {
 fn every_real_asset_comes_back_whole() {
     let Some(folder) = shared_assets() else { return };
     let all = documents(&folder);
-    assert_eq!(all.len(), 16, "{all:?}");
+    assert!(all.len() >= 16, "{all:?}");
     for path in all {
         assert_comes_back(
             &path,

@@ -51,7 +51,9 @@ impl std::fmt::Display for Stop {
                 "no edge is left that can collapse without breaking the surface or folding its texture"
             }
             Self::ErrorLimit => "the next collapse would pass the error limit",
-            Self::Deviation => "any further collapse would ruin the shape",
+            Self::Deviation => {
+                "any further collapse would take the surface too far from the source, or too much of its area"
+            }
         })
     }
 }

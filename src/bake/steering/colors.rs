@@ -66,7 +66,7 @@ impl<'a> Colors<'a> {
             let (asset, limit, image) = (self.asset, self.limit, slot.image);
             self.images.entry(image).or_insert_with(|| {
                 let image = asset.images.get(image).filter(|image| !image.is_missing())?;
-                decode(image, "", limit).ok().map(|texels| texels.into_rgba8())
+                decode(image, "", limit).ok().map(image::DynamicImage::into_rgba8)
             });
         }
         Ok(Paint { base: [r, g, b], emissive, slot })

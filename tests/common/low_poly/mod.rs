@@ -71,15 +71,19 @@ pub(crate) const MODELS: [Model; 30] = [
     closed("castle_tower", structures::castle_tower),
 ];
 
+/// How far the surface may be off at either end of an axis, over the diagonal: what is thinner has no
+/// extent to lose across.
+const DEVIATION: f32 = 0.025;
+
 /// How much of a source's extent a level keeps: the least, over the axes, of its box's side over the
-/// source's.
+/// source's, beyond what both ends may be off.
 pub(crate) fn extent_kept(source: &Output, level: &Output) -> f32 {
     let sides = |output: &Output| {
         let [low, high] = output.scene_box();
         high - low
     };
     let (whole, kept) = (sides(source), sides(level));
-    // What is flat has no extent to lose across.
-    let axes = (0..3).filter(|&axis| whole[axis] > 1e-3 * whole.max_element());
-    axes.map(|axis| kept[axis] / whole[axis]).fold(f32::INFINITY, f32::min)
+    let slack = 2.0 * DEVIATION * whole.length();
+    let kept = |axis: usize| ((kept[axis] + slack) / whole[axis]).min(1.0);
+    (0..3).filter(|&axis| whole[axis] > slack).map(kept).fold(1.0, f32::min)
 }

@@ -1,0 +1,52 @@
+//! What a collapse takes of a surface's area.
+
+use glam::DVec3;
+
+use super::Plan;
+use crate::metric::Metric;
+use crate::topology::Topology;
+
+/// Area that a collapse takes, in the units of the metric.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct LostArea {
+    /// Of the whole surface.
+    pub(crate) all: f64,
+    /// As borders recede.
+    pub(crate) borders: f64,
+}
+
+impl Plan {
+    /// How far it is from `position` to the farthest point around it.
+    pub(crate) fn reach(&self, position: DVec3) -> f64 {
+        let squares = self.star.iter().flatten().map(|p| p.distance_squared(position));
+        squares.fold(0.0, f64::max).sqrt()
+    }
+
+    /// How much area goes if the merged point goes to `position`, below 0 if it grows: all of it, and what
+    /// borders lose of it. The sum of area vectors depends on the rim alone: where that is closed, no
+    /// border has receded, however much flatter the surface is.
+    pub(crate) fn lost_area(
+        &self,
+        topology: &Topology,
+        metric: &Metric,
+        position: DVec3,
+    ) -> LostArea {
+        let vector = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a) / 2.0;
+        let (mut before, mut after, mut all) = (DVec3::ZERO, DVec3::ZERO, 0.0);
+        for &triangle in &self.vanishing {
+            let own = vector(topology.points(triangle).map(|point| metric.positions[point]));
+            before += own;
+            all += own.length();
+        }
+        for &corner in &self.surviving {
+            let mut p = topology.points(corner.triangle()).map(|point| metric.positions[point]);
+            let old = vector(p);
+            p[corner.slot()] = position;
+            let new = vector(p);
+            before += old;
+            after += new;
+            all += old.length() - new.length();
+        }
+        LostArea { all, borders: (before - after).dot(before.normalize_or_zero()) }
+    }
+}
