@@ -14,7 +14,7 @@ use crate::topology::Topology;
 const SMALL: usize = 16;
 
 /// How much a difference in color between a shell and what lies behind it counts beside one in vertex colors.
-const CONTRAST: f64 = 20.0;
+const CONTRAST: f64 = 10.0;
 
 /// The end of a shell, in the units of the metric.
 struct End {
