@@ -18,6 +18,7 @@
 
 use glam::DVec3;
 
+use super::pairs::root;
 use super::reference::Reference;
 use crate::collapse::Plan;
 use crate::id::PointId;
@@ -59,8 +60,10 @@ pub(super) struct DeviationGuard {
     first: Vec<u32>,
     last: Vec<u32>,
     next: Vec<u32>,
-    /// Per point: how far the surface around it is off at most.
+    /// Per point: how far the surface around it is off at most, and the one that it has merged into, or
+    /// itself.
     bounds: Vec<f64>,
+    merged_into: Vec<PointId>,
     /// What the step that is looked at comes to, and the last one that was allowed.
     trial: Step,
     step: Step,
@@ -95,6 +98,7 @@ impl DeviationGuard {
             last: (0..points as u32).collect(),
             next: vec![NONE; points],
             bounds: vec![0.0; points],
+            merged_into: (0..points).map(PointId::new).collect(),
             trial: Step::default(),
             step: Step::default(),
         };
@@ -212,6 +216,7 @@ impl DeviationGuard {
         let kept = plan.points()[0];
         self.lost = self.step.lost;
         self.bounds[kept] = self.step.bound;
+        plan.points()[1..].iter().for_each(|&gone| self.merged_into[gone] = kept);
         if self.step.carriers.is_empty() {
             plan.points()[1..].iter().for_each(|&gone| self.hand_over(gone, kept));
             return;
@@ -245,19 +250,55 @@ impl DeviationGuard {
         if count == 0 { 0.0 } else { sum / f64::from(count) }
     }
 
-    /// Whether a shell of so much area that consists of `points` may vanish: what it stands for is near
-    /// other shells. If so, it is noted as gone.
-    pub(super) fn lets_vanish(&mut self, points: &[PointId], area: f64) -> bool {
-        let is_near = |sample: u32| {
-            self.reference.is_near_others(self.samples[sample as usize], self.limit, points)
-        };
-        let fits = self.lost + area <= self.may_lose;
-        let vanishes = fits && points.iter().all(|&p| self.samples(p).all(is_near));
-        if vanishes {
-            self.lost += area;
-            self.reference.vanish(points);
+    /// Whether a shell of so much area that consists of `points` may vanish: what is left of other shells
+    /// is near all that it stands for, and stands for that from then on. If so, it is noted as gone.
+    pub(super) fn lets_vanish(
+        &mut self,
+        points: &[PointId],
+        area: f64,
+        topology: &Topology,
+        metric: &Metric,
+    ) -> bool {
+        if self.lost + area > self.may_lose {
+            return false;
         }
-        vanishes
+        let samples: Vec<u32> = points.iter().flat_map(|&point| self.samples(point)).collect();
+        let mut heirs = Vec::with_capacity(samples.len());
+        for &sample in &samples {
+            let Some(heir) = self.heir(sample, points, topology, metric) else { return false };
+            heirs.push(heir);
+        }
+        self.lost += area;
+        self.reference.vanish(points);
+        for &point in points {
+            (self.first[point], self.last[point]) = (NONE, NONE);
+        }
+        for (sample, (off, heir)) in samples.into_iter().zip(heirs) {
+            self.bounds[heir] = self.bounds[heir].max(off);
+            self.carry(sample, heir);
+        }
+        true
+    }
+
+    /// The point of another shell than that of `points` that may carry a sample, and how far the surface
+    /// around it is from that, if it is near enough. It is sought where the nearest place of the reference
+    /// has gone.
+    fn heir(
+        &mut self,
+        sample: u32,
+        points: &[PointId],
+        topology: &Topology,
+        metric: &Metric,
+    ) -> Option<(f64, PointId)> {
+        let place = self.samples[sample as usize];
+        let corners = self.reference.nearest_of_others(place, self.limit, points)?;
+        let mut best = (f64::INFINITY, corners[0]);
+        for corner in corners {
+            let point = root(&mut self.merged_into, corner);
+            search_around(topology, metric, point, points, place, &mut best);
+        }
+        let off = best.0.sqrt();
+        (off <= self.limit).then_some((off, best.1))
     }
 }
 
@@ -293,25 +334,34 @@ impl<'a> Star<'a> {
         }
         if best.0 > limit {
             for &(ends, _) in &self.rim {
-                self.search_around(ends[0], place, &mut best);
-                self.search_around(ends[1], place, &mut best);
+                for end in ends {
+                    let Self { topology, metric, points, .. } = *self;
+                    search_around(topology, metric, end, points, place, &mut best);
+                }
             }
         }
         best
     }
+}
 
-    /// Looks among the triangles at a point that the merged ones have no part in.
-    fn search_around(&self, point: PointId, place: DVec3, best: &mut (f64, PointId)) {
-        for corner in self.topology.corners(point) {
-            let points = self.topology.points(corner.triangle());
-            if points.iter().any(|p| self.points.contains(p)) {
-                continue;
-            }
-            let p = points.map(|point| self.metric.positions[point]);
-            let square = square_to_origin(p.map(|p| p - place));
-            if square < best.0 {
-                *best = (square, nearest_corner(place, [0, 1, 2].map(|k| (points[k], p[k]))));
-            }
+/// Looks among the triangles at a point that those of `but` have no part in.
+fn search_around(
+    topology: &Topology,
+    metric: &Metric,
+    point: PointId,
+    but: &[PointId],
+    place: DVec3,
+    best: &mut (f64, PointId),
+) {
+    for corner in topology.corners(point) {
+        let points = topology.points(corner.triangle());
+        if points.iter().any(|p| but.contains(p)) {
+            continue;
+        }
+        let p = points.map(|point| metric.positions[point]);
+        let square = square_to_origin(p.map(|p| p - place));
+        if square < best.0 {
+            *best = (square, nearest_corner(place, [0, 1, 2].map(|k| (points[k], p[k]))));
         }
     }
 }

@@ -56,10 +56,16 @@ impl Reference {
         self.surface().closest_foot(p, limit, |_| true).map(|foot| foot.distance_squared)
     }
 
-    /// Whether shells other than those of `points` that are still there have a place within `limit` of
-    /// `p`.
-    pub(super) fn is_near_others(&self, p: DVec3, limit: f64, points: &[PointId]) -> bool {
-        self.nearest_of_others(p, limit, points).is_some()
+    /// The points of the triangle nearest to `p` within `limit` that belongs to shells other than those of
+    /// `points` that are still there.
+    pub(super) fn nearest_of_others(
+        &self,
+        p: DVec3,
+        limit: f64,
+        points: &[PointId],
+    ) -> Option<[PointId; 3]> {
+        let foot = self.foot_on_others(p, limit, points)?;
+        Some(self.triangles[foot.triangle.index()].map(PointId))
     }
 
     /// How the color of a point differs from that of the nearest place on shells other than those of
@@ -67,7 +73,7 @@ impl Reference {
     pub(super) fn contrast(&self, point: PointId, points: &[PointId]) -> Option<f64> {
         let own = self.colors.get(point.index())?;
         let place = self.positions[point].as_dvec3();
-        let foot = self.nearest_of_others(place, f64::INFINITY, points)?;
+        let foot = self.foot_on_others(place, f64::INFINITY, points)?;
         let corners = self.triangles[foot.triangle.index()].map(|at| self.colors[at as usize]);
         let squares = (0..3).map(|channel| {
             let behind: f64 = (0..3)
@@ -78,7 +84,7 @@ impl Reference {
         Some((squares.sum::<f64>() / 3.0).sqrt())
     }
 
-    fn nearest_of_others(&self, p: DVec3, limit: f64, points: &[PointId]) -> Option<Foot> {
+    fn foot_on_others(&self, p: DVec3, limit: f64, points: &[PointId]) -> Option<Foot> {
         let accept = |triangle: TriangleId| {
             let shell = self.shells[self.triangles[triangle.index()][0] as usize];
             !self.vanished[shell as usize]

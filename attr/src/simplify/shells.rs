@@ -40,8 +40,10 @@ impl Descent<'_> {
             return Ok(0);
         }
         let points = points_of(&shell, &self.topology);
-        let lets = |guard: &mut DeviationGuard| guard.lets_vanish(&points, end.area);
-        if !self.guard.as_mut().is_none_or(lets) {
+        let Self { guard, topology, metric, .. } = self;
+        let lets =
+            |guard: &mut DeviationGuard| guard.lets_vanish(&points, end.area, topology, metric);
+        if !guard.as_mut().is_none_or(lets) {
             self.is_held_back = true;
             self.rejected.push((end.cost, Item::Shell(point)));
             return Ok(0);
