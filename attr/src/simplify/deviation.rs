@@ -16,6 +16,8 @@
 //! Guaranteed: at each step that was asked about, samples and places were within the limit. Not
 //! guaranteed: the same between them, nor after a polish, which moves all points.
 
+mod star;
+
 use glam::DVec3;
 
 use super::pairs::root;
@@ -24,7 +26,7 @@ use crate::collapse::Plan;
 use crate::id::PointId;
 use crate::metric::Metric;
 use crate::topology::Topology;
-use crate::triangle::square_to_origin;
+use star::{Star, nearest_corner, search_around};
 
 /// End of a list of samples.
 const NONE: u32 = u32::MAX;
@@ -302,70 +304,6 @@ impl DeviationGuard {
     }
 }
 
-/// The triangles around a merged point.
-struct Star<'a> {
-    points: &'a [PointId],
-    position: DVec3,
-    /// The two other points of each, and where they are.
-    rim: Vec<([PointId; 2], [DVec3; 2])>,
-    topology: &'a Topology,
-    metric: &'a Metric,
-}
-
-impl<'a> Star<'a> {
-    fn new(plan: &'a Plan, topology: &'a Topology, metric: &'a Metric, position: DVec3) -> Self {
-        let others = plan.surviving().iter().map(|&corner| topology.others(corner));
-        let rim = others.map(|ends| (ends, ends.map(|end| metric.positions[end]))).collect();
-        Self { points: plan.points(), position, rim, topology, metric }
-    }
-
-    /// The squared distance of a place to the triangles around the merged point, or if that is above
-    /// `limit` to those around their other points too; and which of the points it is nearest to is to
-    /// carry it.
-    fn nearest(&self, place: DVec3, limit: f64) -> (f64, PointId) {
-        let from = |p: DVec3| p - place;
-        let mut best = (f64::INFINITY, self.points[0]);
-        for &(ends, [a, b]) in &self.rim {
-            let square = square_to_origin([from(self.position), from(a), from(b)]);
-            if square < best.0 {
-                let corners = [(self.points[0], self.position), (ends[0], a), (ends[1], b)];
-                best = (square, nearest_corner(place, corners));
-            }
-        }
-        if best.0 > limit {
-            for &(ends, _) in &self.rim {
-                for end in ends {
-                    let Self { topology, metric, points, .. } = *self;
-                    search_around(topology, metric, end, points, place, &mut best);
-                }
-            }
-        }
-        best
-    }
-}
-
-/// Looks among the triangles at a point that those of `but` have no part in.
-fn search_around(
-    topology: &Topology,
-    metric: &Metric,
-    point: PointId,
-    but: &[PointId],
-    place: DVec3,
-    best: &mut (f64, PointId),
-) {
-    for corner in topology.corners(point) {
-        let points = topology.points(corner.triangle());
-        if points.iter().any(|p| but.contains(p)) {
-            continue;
-        }
-        let p = points.map(|point| metric.positions[point]);
-        let square = square_to_origin(p.map(|p| p - place));
-        if square < best.0 {
-            *best = (square, nearest_corner(place, [0, 1, 2].map(|k| (points[k], p[k]))));
-        }
-    }
-}
-
 /// Places of a triangle a `spacing` apart along its sides, but its corners: none if it is smaller.
 fn spread([a, b, c]: [DVec3; 3], spacing: f64, most_a_side: usize) -> impl Iterator<Item = DVec3> {
     let longest = [a - b, b - c, c - a].map(DVec3::length).into_iter().fold(0.0, f64::max);
@@ -376,16 +314,4 @@ fn spread([a, b, c]: [DVec3; 3], spacing: f64, most_a_side: usize) -> impl Itera
         let [u, v, w] = row.map(|at| at as f64 / n as f64);
         a * u + b * v + c * w
     })
-}
-
-/// Which of the corners of a triangle is nearest to a place.
-fn nearest_corner(place: DVec3, corners: [(PointId, DVec3); 3]) -> PointId {
-    let mut best = (f64::INFINITY, corners[0].0);
-    for (point, position) in corners {
-        let square = position.distance_squared(place);
-        if square < best.0 {
-            best = (square, point);
-        }
-    }
-    best.1
 }
