@@ -76,7 +76,8 @@ pub(super) struct DeviationGuard {
 struct Step {
     bound: f64,
     lost: f64,
-    /// Who carries which sample from then on, if they were asked.
+    /// The points whose samples were asked, and who carries which sample from then on.
+    asked: Vec<PointId>,
     carriers: Vec<(u32, PointId)>,
 }
 
@@ -154,7 +155,9 @@ impl DeviationGuard {
         let around = plan.surviving().iter().flat_map(|&corner| topology.others(corner));
         let around = around.chain(plan.points().iter().copied()).map(|point| self.bounds[point]);
         self.trial.bound = around.fold(0.0, f64::max) + moved;
-        let is_coarse = self.trial.bound > self.limit;
+        // A collapse moves places, but the tip of a triangle that vanishes may come off.
+        let tips = plan.tips(topology);
+        let is_coarse = self.trial.bound > self.limit || !tips.is_empty();
         // Where triangles are small the surface is smoothed, where they are large it gets thinner.
         let is_large = plan.reach(position) > LARGE * self.limit;
         let area = plan.lost_area(topology, metric, position);
@@ -164,8 +167,9 @@ impl DeviationGuard {
             return false;
         }
         self.trial.carriers.clear();
+        self.trial.asked.clear();
         let allowed = !is_coarse || {
-            let star = Star::new(plan, topology, metric, position);
+            let star = Star::new(plan, tips, topology, metric, position);
             self.is_covered(&star) && self.stays_near(&star)
         };
         if allowed {
@@ -174,11 +178,12 @@ impl DeviationGuard {
         allowed
     }
 
-    /// Whether the samples of the points that merge find the triangles around the one that is left.
+    /// Whether the samples of the points that merge or come off find the triangles around the one that is left.
     fn is_covered(&mut self, star: &Star<'_>) -> bool {
         let mut carriers = std::mem::take(&mut self.trial.carriers);
         let (mut farthest, square) = (0.0f64, self.limit * self.limit);
-        for &point in star.points {
+        for &point in star.points.iter().chain(&star.tips) {
+            self.trial.asked.push(point);
             let stride = self.samples(point).count().div_ceil(MOST_ASKED).max(1);
             for (at, sample) in self.samples(point).enumerate() {
                 let mut carrier = star.points[0];
@@ -223,7 +228,7 @@ impl DeviationGuard {
             plan.points()[1..].iter().for_each(|&gone| self.hand_over(gone, kept));
             return;
         }
-        for &point in plan.points() {
+        for &point in &self.step.asked {
             (self.first[point], self.last[point]) = (NONE, NONE);
         }
         let carriers = std::mem::take(&mut self.step.carriers);

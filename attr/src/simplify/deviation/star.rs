@@ -11,6 +11,8 @@ use crate::triangle::square_to_origin;
 /// The triangles around a merged point.
 pub(super) struct Star<'a> {
     pub(super) points: &'a [PointId],
+    /// The points that come off.
+    pub(super) tips: Vec<PointId>,
     pub(super) position: DVec3,
     /// The two other points of each, and where they are.
     pub(super) rim: Vec<([PointId; 2], [DVec3; 2])>,
@@ -21,13 +23,14 @@ pub(super) struct Star<'a> {
 impl<'a> Star<'a> {
     pub(super) fn new(
         plan: &'a Plan,
+        tips: Vec<PointId>,
         topology: &'a Topology,
         metric: &'a Metric,
         position: DVec3,
     ) -> Self {
         let others = plan.surviving().iter().map(|&corner| topology.others(corner));
         let rim = others.map(|ends| (ends, ends.map(|end| metric.positions[end]))).collect();
-        Self { points: plan.points(), position, rim, topology, metric }
+        Self { points: plan.points(), tips, position, rim, topology, metric }
     }
 
     /// The squared distance of a place to the triangles around the merged point, or if that is above
@@ -44,11 +47,9 @@ impl<'a> Star<'a> {
             }
         }
         if best.0 > limit {
-            for &(ends, _) in &self.rim {
-                for end in ends {
-                    let Self { topology, metric, points, .. } = *self;
-                    search_around(topology, metric, end, points, place, &mut best);
-                }
+            let ends = self.rim.iter().flat_map(|(ends, _)| ends);
+            for &end in ends.chain(&self.tips) {
+                search_around(self.topology, self.metric, end, self.points, place, &mut best);
             }
         }
         best
