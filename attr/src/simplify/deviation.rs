@@ -320,3 +320,6 @@ fn spread([a, b, c]: [DVec3; 3], spacing: f64, most_a_side: usize) -> impl Itera
         a * u + b * v + c * w
     })
 }
+
+#[cfg(test)]
+mod tests;
