@@ -38,6 +38,9 @@ const MOST_ASKED: usize = 256;
 const MOST_A_SIDE: usize = 16;
 const MOST_A_SIDE_ASKED: usize = 6;
 
+/// No limit is less than this, which the reference is rounded by: even what is flat would stay.
+const ROUNDING: f64 = 1e-7;
+
 /// Triangles of sides above so many times the limit are features themselves.
 const LARGE: f64 = 4.0;
 
@@ -92,7 +95,7 @@ impl DeviationGuard {
         let points = metric.positions.len();
         let reference = Reference::new(topology, metric, colors);
         let mut guard = Self {
-            limit: limits.deviation,
+            limit: limits.deviation.max(ROUNDING),
             may_lose: 0.0,
             lost: 0.0,
             reference,
