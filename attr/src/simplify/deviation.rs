@@ -260,6 +260,11 @@ impl DeviationGuard {
         if count == 0 { 0.0 } else { sum / f64::from(count) }
     }
 
+    /// Whether the shell of a point was asked about before, and can't vanish.
+    pub(super) fn needs(&self, point: PointId) -> bool {
+        self.reference.needs(point)
+    }
+
     /// Whether a shell of so much area that consists of `points` may vanish: what is left of other shells
     /// is near all that it stands for, and stands for that from then on. If so, it is noted as gone.
     pub(super) fn lets_vanish(
@@ -275,7 +280,10 @@ impl DeviationGuard {
         let samples: Vec<u32> = points.iter().flat_map(|&point| self.samples(point)).collect();
         let mut heirs = Vec::with_capacity(samples.len());
         for &sample in &samples {
-            let Some(heir) = self.heir(sample, points, topology, metric) else { return false };
+            let Some(heir) = self.heir(sample, points, topology, metric) else {
+                self.reference.need(points);
+                return false;
+            };
             heirs.push(heir);
         }
         self.lost += area;

@@ -22,6 +22,8 @@ pub(super) struct Reference {
     colors: Vec<[f32; 3]>,
     /// Per point: whether the shell of this name has vanished.
     vanished: Vec<bool>,
+    /// Per point: whether the shell of this name was found to be needed.
+    needed: Vec<bool>,
 }
 
 impl Reference {
@@ -43,6 +45,7 @@ impl Reference {
             shells: (0..points as u32).map(|point| sets.root(point)).collect(),
             colors,
             vanished: vec![false; points],
+            needed: vec![false; points],
         }
     }
 
@@ -98,6 +101,18 @@ impl Reference {
         for point in points {
             self.vanished[self.shells[point.index()] as usize] = true;
         }
+    }
+
+    /// Notes that the shells of `points` can't vanish: others only get fewer.
+    pub(super) fn need(&mut self, points: &[PointId]) {
+        for point in points {
+            self.needed[self.shells[point.index()] as usize] = true;
+        }
+    }
+
+    /// Whether the shell of a point can't vanish.
+    pub(super) fn needs(&self, point: PointId) -> bool {
+        self.needed[self.shells[point.index()] as usize]
     }
 
     fn surface(&self) -> &Surface {
