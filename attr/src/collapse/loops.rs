@@ -66,6 +66,19 @@ impl Plan {
         edges.len() >= 6 && edges.is_sorted_by(|a, b| a < b)
     }
 
+    /// The points that come off with the vanishing triangles: no triangle joins them to the merged point.
+    pub(crate) fn tips(&self, topology: &Topology) -> Vec<PointId> {
+        let points = self.vanishing.iter().flat_map(|&triangle| topology.points(triangle));
+        let comes_off = |point: &PointId| {
+            let stays = |&corner| topology.others(corner).contains(point);
+            !self.points.contains(point) && !self.surviving.iter().any(stays)
+        };
+        let mut tips: Vec<PointId> = points.filter(comes_off).collect();
+        tips.sort_unstable();
+        tips.dedup();
+        tips
+    }
+
     /// The points of the vanishing triangles that do not merge.
     pub(super) fn find_rim(&mut self, topology: &Topology) {
         self.rim.clear();

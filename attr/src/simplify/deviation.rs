@@ -16,14 +16,17 @@
 //! Guaranteed: at each step that was asked about, samples and places were within the limit. Not
 //! guaranteed: the same between them, nor after a polish, which moves all points.
 
+mod star;
+
 use glam::DVec3;
 
+use super::pairs::root;
 use super::reference::Reference;
 use crate::collapse::Plan;
 use crate::id::PointId;
 use crate::metric::Metric;
 use crate::topology::Topology;
-use crate::triangle::square_to_origin;
+use star::{Star, nearest_corner, search_around};
 
 /// End of a list of samples.
 const NONE: u32 = u32::MAX;
@@ -34,6 +37,9 @@ const MOST_ASKED: usize = 256;
 /// looked at into so many places.
 const MOST_A_SIDE: usize = 16;
 const MOST_A_SIDE_ASKED: usize = 6;
+
+/// No limit is less than this, which the reference is rounded by: even what is flat would stay.
+const ROUNDING: f64 = 1e-7;
 
 /// Triangles of sides above so many times the limit are features themselves.
 const LARGE: f64 = 4.0;
@@ -59,8 +65,10 @@ pub(super) struct DeviationGuard {
     first: Vec<u32>,
     last: Vec<u32>,
     next: Vec<u32>,
-    /// Per point: how far the surface around it is off at most.
+    /// Per point: how far the surface around it is off at most, and the one that it has merged into, or
+    /// itself.
     bounds: Vec<f64>,
+    merged_into: Vec<PointId>,
     /// What the step that is looked at comes to, and the last one that was allowed.
     trial: Step,
     step: Step,
@@ -71,7 +79,8 @@ pub(super) struct DeviationGuard {
 struct Step {
     bound: f64,
     lost: f64,
-    /// Who carries which sample from then on, if they were asked.
+    /// The points whose samples were asked, and who carries which sample from then on.
+    asked: Vec<PointId>,
     carriers: Vec<(u32, PointId)>,
 }
 
@@ -86,7 +95,7 @@ impl DeviationGuard {
         let points = metric.positions.len();
         let reference = Reference::new(topology, metric, colors);
         let mut guard = Self {
-            limit: limits.deviation,
+            limit: limits.deviation.max(ROUNDING),
             may_lose: 0.0,
             lost: 0.0,
             reference,
@@ -95,6 +104,7 @@ impl DeviationGuard {
             last: (0..points as u32).collect(),
             next: vec![NONE; points],
             bounds: vec![0.0; points],
+            merged_into: (0..points).map(PointId::new).collect(),
             trial: Step::default(),
             step: Step::default(),
         };
@@ -148,7 +158,9 @@ impl DeviationGuard {
         let around = plan.surviving().iter().flat_map(|&corner| topology.others(corner));
         let around = around.chain(plan.points().iter().copied()).map(|point| self.bounds[point]);
         self.trial.bound = around.fold(0.0, f64::max) + moved;
-        let is_coarse = self.trial.bound > self.limit;
+        // A collapse moves places, but the tip of a triangle that vanishes may come off.
+        let tips = plan.tips(topology);
+        let is_coarse = self.trial.bound > self.limit || !tips.is_empty();
         // Where triangles are small the surface is smoothed, where they are large it gets thinner.
         let is_large = plan.reach(position) > LARGE * self.limit;
         let area = plan.lost_area(topology, metric, position);
@@ -158,8 +170,9 @@ impl DeviationGuard {
             return false;
         }
         self.trial.carriers.clear();
+        self.trial.asked.clear();
         let allowed = !is_coarse || {
-            let star = Star::new(plan, topology, metric, position);
+            let star = Star::new(plan, tips, topology, metric, position);
             self.is_covered(&star) && self.stays_near(&star)
         };
         if allowed {
@@ -168,11 +181,12 @@ impl DeviationGuard {
         allowed
     }
 
-    /// Whether the samples of the points that merge find the triangles around the one that is left.
+    /// Whether the samples of the points that merge or come off find the triangles around the one that is left.
     fn is_covered(&mut self, star: &Star<'_>) -> bool {
         let mut carriers = std::mem::take(&mut self.trial.carriers);
         let (mut farthest, square) = (0.0f64, self.limit * self.limit);
-        for &point in star.points {
+        for &point in star.points.iter().chain(&star.tips) {
+            self.trial.asked.push(point);
             let stride = self.samples(point).count().div_ceil(MOST_ASKED).max(1);
             for (at, sample) in self.samples(point).enumerate() {
                 let mut carrier = star.points[0];
@@ -212,11 +226,12 @@ impl DeviationGuard {
         let kept = plan.points()[0];
         self.lost = self.step.lost;
         self.bounds[kept] = self.step.bound;
+        plan.points()[1..].iter().for_each(|&gone| self.merged_into[gone] = kept);
         if self.step.carriers.is_empty() {
             plan.points()[1..].iter().for_each(|&gone| self.hand_over(gone, kept));
             return;
         }
-        for &point in plan.points() {
+        for &point in &self.step.asked {
             (self.first[point], self.last[point]) = (NONE, NONE);
         }
         let carriers = std::mem::take(&mut self.step.carriers);
@@ -245,74 +260,63 @@ impl DeviationGuard {
         if count == 0 { 0.0 } else { sum / f64::from(count) }
     }
 
-    /// Whether a shell of so much area that consists of `points` may vanish: what it stands for is near
-    /// other shells. If so, it is noted as gone.
-    pub(super) fn lets_vanish(&mut self, points: &[PointId], area: f64) -> bool {
-        let is_near = |sample: u32| {
-            self.reference.is_near_others(self.samples[sample as usize], self.limit, points)
-        };
-        let fits = self.lost + area <= self.may_lose;
-        let vanishes = fits && points.iter().all(|&p| self.samples(p).all(is_near));
-        if vanishes {
-            self.lost += area;
-            self.reference.vanish(points);
-        }
-        vanishes
-    }
-}
-
-/// The triangles around a merged point.
-struct Star<'a> {
-    points: &'a [PointId],
-    position: DVec3,
-    /// The two other points of each, and where they are.
-    rim: Vec<([PointId; 2], [DVec3; 2])>,
-    topology: &'a Topology,
-    metric: &'a Metric,
-}
-
-impl<'a> Star<'a> {
-    fn new(plan: &'a Plan, topology: &'a Topology, metric: &'a Metric, position: DVec3) -> Self {
-        let others = plan.surviving().iter().map(|&corner| topology.others(corner));
-        let rim = others.map(|ends| (ends, ends.map(|end| metric.positions[end]))).collect();
-        Self { points: plan.points(), position, rim, topology, metric }
+    /// Whether the shell of a point was asked about before, and can't vanish.
+    pub(super) fn needs(&self, point: PointId) -> bool {
+        self.reference.needs(point)
     }
 
-    /// The squared distance of a place to the triangles around the merged point, or if that is above
-    /// `limit` to those around their other points too; and which of the points it is nearest to is to
-    /// carry it.
-    fn nearest(&self, place: DVec3, limit: f64) -> (f64, PointId) {
-        let from = |p: DVec3| p - place;
-        let mut best = (f64::INFINITY, self.points[0]);
-        for &(ends, [a, b]) in &self.rim {
-            let square = square_to_origin([from(self.position), from(a), from(b)]);
-            if square < best.0 {
-                let corners = [(self.points[0], self.position), (ends[0], a), (ends[1], b)];
-                best = (square, nearest_corner(place, corners));
-            }
+    /// Whether a shell of so much area that consists of `points` may vanish: what is left of other shells
+    /// is near all that it stands for, and stands for that from then on. If so, it is noted as gone.
+    pub(super) fn lets_vanish(
+        &mut self,
+        points: &[PointId],
+        area: f64,
+        topology: &Topology,
+        metric: &Metric,
+    ) -> bool {
+        if self.lost + area > self.may_lose {
+            return false;
         }
-        if best.0 > limit {
-            for &(ends, _) in &self.rim {
-                self.search_around(ends[0], place, &mut best);
-                self.search_around(ends[1], place, &mut best);
-            }
+        let samples: Vec<u32> = points.iter().flat_map(|&point| self.samples(point)).collect();
+        let mut heirs = Vec::with_capacity(samples.len());
+        for &sample in &samples {
+            let Some(heir) = self.heir(sample, points, topology, metric) else {
+                self.reference.need(points);
+                return false;
+            };
+            heirs.push(heir);
         }
-        best
+        self.lost += area;
+        self.reference.vanish(points);
+        for &point in points {
+            (self.first[point], self.last[point]) = (NONE, NONE);
+        }
+        for (sample, (off, heir)) in samples.into_iter().zip(heirs) {
+            self.bounds[heir] = self.bounds[heir].max(off);
+            self.carry(sample, heir);
+        }
+        true
     }
 
-    /// Looks among the triangles at a point that the merged ones have no part in.
-    fn search_around(&self, point: PointId, place: DVec3, best: &mut (f64, PointId)) {
-        for corner in self.topology.corners(point) {
-            let points = self.topology.points(corner.triangle());
-            if points.iter().any(|p| self.points.contains(p)) {
-                continue;
-            }
-            let p = points.map(|point| self.metric.positions[point]);
-            let square = square_to_origin(p.map(|p| p - place));
-            if square < best.0 {
-                *best = (square, nearest_corner(place, [0, 1, 2].map(|k| (points[k], p[k]))));
-            }
+    /// The point of another shell than that of `points` that may carry a sample, and how far the surface
+    /// around it is from that, if it is near enough. It is sought where the nearest place of the reference
+    /// has gone.
+    fn heir(
+        &mut self,
+        sample: u32,
+        points: &[PointId],
+        topology: &Topology,
+        metric: &Metric,
+    ) -> Option<(f64, PointId)> {
+        let place = self.samples[sample as usize];
+        let corners = self.reference.nearest_of_others(place, self.limit, points)?;
+        let mut best = (f64::INFINITY, corners[0]);
+        for corner in corners {
+            let point = root(&mut self.merged_into, corner);
+            search_around(topology, metric, point, points, place, &mut best);
         }
+        let off = best.0.sqrt();
+        (off <= self.limit).then_some((off, best.1))
     }
 }
 
@@ -328,14 +332,5 @@ fn spread([a, b, c]: [DVec3; 3], spacing: f64, most_a_side: usize) -> impl Itera
     })
 }
 
-/// Which of the corners of a triangle is nearest to a place.
-fn nearest_corner(place: DVec3, corners: [(PointId, DVec3); 3]) -> PointId {
-    let mut best = (f64::INFINITY, corners[0].0);
-    for (point, position) in corners {
-        let square = position.distance_squared(place);
-        if square < best.0 {
-            best = (square, point);
-        }
-    }
-    best.1
-}
+#[cfg(test)]
+mod tests;

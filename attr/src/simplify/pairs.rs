@@ -133,7 +133,7 @@ fn shells(topology: &Topology, points: usize) -> Vec<PointId> {
 }
 
 /// The representative of a point, with the path to it halved.
-fn root(parents: &mut [PointId], mut point: PointId) -> PointId {
+pub(super) fn root(parents: &mut [PointId], mut point: PointId) -> PointId {
     while parents[point] != point {
         parents[point] = parents[parents[point]];
         point = parents[point];

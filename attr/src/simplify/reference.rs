@@ -22,6 +22,8 @@ pub(super) struct Reference {
     colors: Vec<[f32; 3]>,
     /// Per point: whether the shell of this name has vanished.
     vanished: Vec<bool>,
+    /// Per point: whether the shell of this name was found to be needed.
+    needed: Vec<bool>,
 }
 
 impl Reference {
@@ -43,6 +45,7 @@ impl Reference {
             shells: (0..points as u32).map(|point| sets.root(point)).collect(),
             colors,
             vanished: vec![false; points],
+            needed: vec![false; points],
         }
     }
 
@@ -56,10 +59,16 @@ impl Reference {
         self.surface().closest_foot(p, limit, |_| true).map(|foot| foot.distance_squared)
     }
 
-    /// Whether shells other than those of `points` that are still there have a place within `limit` of
-    /// `p`.
-    pub(super) fn is_near_others(&self, p: DVec3, limit: f64, points: &[PointId]) -> bool {
-        self.nearest_of_others(p, limit, points).is_some()
+    /// The points of the triangle nearest to `p` within `limit` that belongs to shells other than those of
+    /// `points` that are still there.
+    pub(super) fn nearest_of_others(
+        &self,
+        p: DVec3,
+        limit: f64,
+        points: &[PointId],
+    ) -> Option<[PointId; 3]> {
+        let foot = self.foot_on_others(p, limit, points)?;
+        Some(self.triangles[foot.triangle.index()].map(PointId))
     }
 
     /// How the color of a point differs from that of the nearest place on shells other than those of
@@ -67,7 +76,7 @@ impl Reference {
     pub(super) fn contrast(&self, point: PointId, points: &[PointId]) -> Option<f64> {
         let own = self.colors.get(point.index())?;
         let place = self.positions[point].as_dvec3();
-        let foot = self.nearest_of_others(place, f64::INFINITY, points)?;
+        let foot = self.foot_on_others(place, f64::INFINITY, points)?;
         let corners = self.triangles[foot.triangle.index()].map(|at| self.colors[at as usize]);
         let squares = (0..3).map(|channel| {
             let behind: f64 = (0..3)
@@ -78,7 +87,7 @@ impl Reference {
         Some((squares.sum::<f64>() / 3.0).sqrt())
     }
 
-    fn nearest_of_others(&self, p: DVec3, limit: f64, points: &[PointId]) -> Option<Foot> {
+    fn foot_on_others(&self, p: DVec3, limit: f64, points: &[PointId]) -> Option<Foot> {
         let accept = |triangle: TriangleId| {
             let shell = self.shells[self.triangles[triangle.index()][0] as usize];
             !self.vanished[shell as usize]
@@ -92,6 +101,18 @@ impl Reference {
         for point in points {
             self.vanished[self.shells[point.index()] as usize] = true;
         }
+    }
+
+    /// Notes that the shells of `points` can't vanish: others only get fewer.
+    pub(super) fn need(&mut self, points: &[PointId]) {
+        for point in points {
+            self.needed[self.shells[point.index()] as usize] = true;
+        }
+    }
+
+    /// Whether the shell of a point can't vanish.
+    pub(super) fn needs(&self, point: PointId) -> bool {
+        self.needed[self.shells[point.index()] as usize]
     }
 
     fn surface(&self) -> &Surface {

@@ -34,14 +34,20 @@ impl Descent<'_> {
         if shell.iter().any(|&t| self.topology.points(t).iter().any(|&p| self.is_locked(p))) {
             return Ok(0);
         }
+        if self.guard.as_ref().is_some_and(|guard| guard.needs(point)) {
+            self.is_held_back = true;
+            return Ok(0);
+        }
         let end = self.end_of(&shell);
         if self.queue.has_cheaper(turn * end.cost) {
             self.queue.push(end.cost, Item::Shell(point).pack());
             return Ok(0);
         }
         let points = points_of(&shell, &self.topology);
-        let lets = |guard: &mut DeviationGuard| guard.lets_vanish(&points, end.area);
-        if !self.guard.as_mut().is_none_or(lets) {
+        let Self { guard, topology, metric, .. } = self;
+        let lets =
+            |guard: &mut DeviationGuard| guard.lets_vanish(&points, end.area, topology, metric);
+        if !guard.as_mut().is_none_or(lets) {
             self.is_held_back = true;
             self.rejected.push((end.cost, Item::Shell(point)));
             return Ok(0);
@@ -58,6 +64,10 @@ impl Descent<'_> {
         if let Some(shell) = small_shell(&self.topology, point, &mut self.counts)
             && let Some(&first) = shell.first()
         {
+            if self.guard.as_ref().is_some_and(|guard| guard.needs(point)) {
+                self.is_held_back = true;
+                return;
+            }
             // One item a shell, whichever of its points was asked.
             let name = self.topology.points(first)[0];
             self.queue.push(self.end_of(&shell).cost, Item::Shell(name).pack());

@@ -7,8 +7,8 @@ use std::sync::atomic::AtomicUsize;
 use arbitrary::{Result, Unstructured};
 use glam::{Vec2, Vec3};
 use seamwise_attr::{
-    Cost, Layout, Level, Mesh, Options, Placement, Polish, Vertices, polish_chain, simplify_chain,
-    weld,
+    Cost, Layout, Level, Mesh, Options, Placement, Polish, Stop, Vertices, polish_chain,
+    simplify_chain, weld,
 };
 
 /// Most squares along a side of the sheet.
@@ -45,6 +45,11 @@ struct Wishes {
     /// In sides of the sheet.
     join_distance: Option<f64>,
     keep_volume: bool,
+    /// In sides of the sheet.
+    max_deviation: Option<f64>,
+    max_lost_area: f64,
+    /// Whether points have colors of noise as they are seen.
+    seen: bool,
     /// Whether points count by noise, and whether some are locked.
     weighed: bool,
     locked: bool,
@@ -65,6 +70,14 @@ impl Wishes {
             keep_volume: u.arbitrary::<bool>()? && placement == Placement::Best,
             weighed: u.arbitrary()?,
             locked: u.arbitrary()?,
+            // From a ten thousandth to ten, or nothing.
+            max_deviation: match u.int_in_range(0..=7)? {
+                0..=2 => None,
+                3 => Some(0.0),
+                _ => Some(10f64.powf(f64::from(u.arbitrary::<u8>()?) / 51.0 - 4.0)),
+            },
+            max_lost_area: 1.0 - f64::from(u.arbitrary::<u8>()?) / 255.0,
+            seen: u.arbitrary()?,
         })
     }
 }
@@ -217,6 +230,8 @@ pub(crate) fn chains(recipe: &Recipe) -> Option<(Mesh, [Vec<Level>; 2])> {
     let targets: Vec<usize> = recipe.shares.iter().map(|s| (s * count) as usize).collect();
     let (wishes, points, done) = (&recipe.wishes, 0..mesh.positions.len(), AtomicUsize::new(0));
     let importance: Vec<f32> = points.clone().map(|point| 8.0 * recipe.noise(point)).collect();
+    let colors: Vec<[f32; 3]> =
+        points.clone().map(|point| [0, 1, 2].map(|at| recipe.noise(3 * point + at))).collect();
     let locked: Vec<bool> = points.map(|point| recipe.noise(point) < 0.1).collect();
     let options = Options {
         cost: wishes.cost,
@@ -224,6 +239,9 @@ pub(crate) fn chains(recipe: &Recipe) -> Option<(Mesh, [Vec<Level>; 2])> {
         max_turn: wishes.max_turn,
         join_distance: wishes.join_distance.map(|share| share * f64::from(recipe.scale)),
         keep_volume: wishes.keep_volume,
+        max_deviation: wishes.max_deviation.map(|share| share * f64::from(recipe.scale)),
+        max_lost_area: wishes.max_lost_area,
+        colors: if wishes.seen { &colors } else { &[] },
         importance: if wishes.weighed { &importance } else { &[] },
         locked: if wishes.locked { &locked } else { &[] },
         ..Options::default()
@@ -232,6 +250,11 @@ pub(crate) fn chains(recipe: &Recipe) -> Option<(Mesh, [Vec<Level>; 2])> {
     let mut polished = levels.clone();
     let polish = Polish::default();
     polish_chain(&mesh, &mut polished, &options, &polish, &done).expect("polished levels");
+    assert!(
+        wishes.max_deviation.is_some()
+            || levels.iter().all(|level| level.stopped != Some(Stop::Deviation)),
+        "stopped by a limit that nobody gave"
+    );
     Some((mesh, [levels, polished]))
 }
 
