@@ -57,12 +57,11 @@ pub fn simplify_chain(
     let space = Arc::new(Space::of(mesh, options));
     let max_error = options.max_error.map_or(f64::INFINITY, |limit| limit / space.unit);
     let begin = |ground: Ground<'_>, target: usize| {
-        let stage = regions::descend(ground, mesh, target, max_error, removed);
+        // Regions know no guard: it starts where one queue does.
+        let end = options.max_deviation.map_or(target, |_| target.max(regions::LEAST));
+        let stage = regions::descend(ground, mesh, end, max_error, removed);
         let mut descent = Descent::new(mesh, stage, Vec::new(), max_error);
         descent.find_pairs();
-        if regions::is_small(descent.triangles()) {
-            descent.guard(options.limits(space.unit));
-        }
         descent
     };
     let Some(&first) = targets.first() else { return Ok(Vec::new()) };
@@ -75,11 +74,17 @@ pub fn simplify_chain(
         if regions::is_large(descent.triangles(), target) {
             descent = begin(Ground::Stage(Box::new(descent.into_stage())), target);
         }
-        let stopped = if forgets && regions::is_small(descent.triangles()) {
-            descent.descend_in_steps(target, removed)
-        } else {
-            descent.descend(target, regions::turn(descent.triangles()), removed)
-        };
+        if !descent.is_guarded() {
+            descent.guard(options.limits(space.unit));
+        }
+        let mut stopped = None;
+        if !(forgets && regions::is_small(descent.triangles())) {
+            let end = if forgets { target.max(regions::LEAST - 1) } else { target };
+            stopped = descent.descend(end, regions::turn(descent.triangles()), removed);
+        }
+        if forgets && stopped.is_none() && descent.triangles() > target {
+            stopped = descent.descend_in_steps(target, removed);
+        }
         levels.push(finish.level(&descent, target, stopped));
     }
     Ok(levels)

@@ -27,7 +27,7 @@ use crate::stage::{Numbers, Stage};
 /// Triangles of a region. Its points and wedges take about a megabyte with five attributes.
 const REGION: usize = 8192;
 /// A surface of fewer triangles goes down in one queue.
-const LEAST: usize = 1 << 16;
+pub(crate) const LEAST: usize = 1 << 16;
 /// A target above this share of what is there is left to the one queue.
 const NEAR: f64 = 0.85;
 /// One triangle in so many is part of a sample, which is tried first, to find the common cost.

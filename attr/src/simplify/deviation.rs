@@ -33,10 +33,18 @@ const NONE: u32 = u32::MAX;
 /// So many samples of a point are asked at most, spread evenly over its list.
 const MOST_ASKED: usize = 256;
 
-/// A side of a triangle of the reference is cut into so many samples at most, and one of a triangle that is
-/// looked at into so many places.
+/// A side of a triangle of the reference is cut into so many samples at most, fewer if all triangles
+/// together would have more than so many, and one of a triangle that is looked at into so many places.
 const MOST_A_SIDE: usize = 16;
+const MOST_SAMPLES: usize = 200_000;
 const MOST_A_SIDE_ASKED: usize = 6;
+
+/// What is asked at most, in looks of a sample at a triangle: so many for each sample, and so many more. A
+/// place that looks for the reference counts as `PLACE` of them. Beyond, nothing that would have to ask is
+/// allowed: in a soup of triangles that reach over each other there is no end to it.
+const LOOKS_PER_SAMPLE: usize = 100;
+const LOOKS: usize = 20_000_000;
+const PLACE: usize = 64;
 
 /// No limit is less than this, which the reference is rounded by: even what is flat would stay.
 const ROUNDING: f64 = 1e-7;
@@ -69,6 +77,8 @@ pub(super) struct DeviationGuard {
     /// itself.
     bounds: Vec<f64>,
     merged_into: Vec<PointId>,
+    /// How many looks are left.
+    looks: usize,
     /// What the step that is looked at comes to, and the last one that was allowed.
     trial: Step,
     step: Step,
@@ -105,23 +115,46 @@ impl DeviationGuard {
             next: vec![NONE; points],
             bounds: vec![0.0; points],
             merged_into: (0..points).map(PointId::new).collect(),
+            looks: 0,
             trial: Step::default(),
             step: Step::default(),
         };
-        let triangles: Vec<[PointId; 3]> = guard.reference.triangles().collect();
+        guard.spread_samples(metric, limits.area);
+        guard.looks = LOOKS_PER_SAMPLE * guard.samples.len() + LOOKS;
+        guard
+    }
+
+    /// Spreads samples over the large triangles of the reference, and adds up the area that may go.
+    fn spread_samples(&mut self, metric: &Metric, share: f64) {
+        let triangles: Vec<[PointId; 3]> = self.reference.triangles().collect();
+        let corners = |points: [PointId; 3]| points.map(|point| metric.positions[point]);
+        let count = |most_a_side: usize| -> usize {
+            let of =
+                |&points: &[PointId; 3]| cuts(corners(points), self.limit, most_a_side).pow(2) / 2;
+            triangles.iter().map(of).sum()
+        };
+        let mut most_a_side = MOST_A_SIDE;
+        while most_a_side > 1 && count(most_a_side) > MOST_SAMPLES {
+            most_a_side /= 2;
+        }
         for points in triangles {
-            let corners = points.map(|point| metric.positions[point]);
+            let corners = corners(points);
             let [a, b, c] = corners;
-            guard.may_lose += limits.area * (b - a).cross(c - a).length() / 2.0;
-            for place in spread(corners, guard.limit, MOST_A_SIDE) {
-                let sample = guard.samples.len() as u32;
-                guard.samples.push(place);
-                guard.next.push(NONE);
+            self.may_lose += share * (b - a).cross(c - a).length() / 2.0;
+            for place in spread(corners, self.limit, most_a_side) {
+                let sample = self.samples.len() as u32;
+                self.samples.push(place);
+                self.next.push(NONE);
                 let corner = nearest_corner(place, [0, 1, 2].map(|k| (points[k], corners[k])));
-                guard.carry(sample, corner);
+                self.carry(sample, corner);
             }
         }
-        guard
+    }
+
+    /// Counts looks; false if none is left.
+    fn look(&mut self, count: usize) -> bool {
+        self.looks = self.looks.saturating_sub(count);
+        self.looks > 0
     }
 
     /// Adds a sample to a point's list.
@@ -188,6 +221,9 @@ impl DeviationGuard {
         for &point in star.points.iter().chain(&star.tips) {
             self.trial.asked.push(point);
             let stride = self.samples(point).count().div_ceil(MOST_ASKED).max(1);
+            if !self.look(self.samples(point).count() / stride * star.rim.len()) {
+                return false;
+            }
             for (at, sample) in self.samples(point).enumerate() {
                 let mut carrier = star.points[0];
                 if at % stride == 0 && farthest <= square {
@@ -215,6 +251,7 @@ impl DeviationGuard {
         let mut farthest = self.trial.bound;
         for place in places {
             let Some(square) = self.reference.square_to(place, self.limit) else { return false };
+            self.looks = self.looks.saturating_sub(PLACE);
             farthest = farthest.max(square.sqrt());
         }
         self.trial.bound = farthest;
@@ -278,6 +315,9 @@ impl DeviationGuard {
             return false;
         }
         let samples: Vec<u32> = points.iter().flat_map(|&point| self.samples(point)).collect();
+        if !self.look(PLACE * samples.len()) {
+            return false;
+        }
         let mut heirs = Vec::with_capacity(samples.len());
         for &sample in &samples {
             let Some(heir) = self.heir(sample, points, topology, metric) else {
@@ -320,10 +360,15 @@ impl DeviationGuard {
     }
 }
 
+/// Into how many pieces a triangle's sides are cut.
+fn cuts([a, b, c]: [DVec3; 3], spacing: f64, most_a_side: usize) -> usize {
+    let longest = [a - b, b - c, c - a].map(DVec3::length).into_iter().fold(0.0, f64::max);
+    ((longest / spacing).ceil() as usize).clamp(1, most_a_side)
+}
+
 /// Places of a triangle a `spacing` apart along its sides, but its corners: none if it is smaller.
 fn spread([a, b, c]: [DVec3; 3], spacing: f64, most_a_side: usize) -> impl Iterator<Item = DVec3> {
-    let longest = [a - b, b - c, c - a].map(DVec3::length).into_iter().fold(0.0, f64::max);
-    let n = ((longest / spacing).ceil() as usize).clamp(1, most_a_side);
+    let n = cuts([a, b, c], spacing, most_a_side);
     let rows = (0..=n).flat_map(move |i| (0..=n - i).map(move |j| [i, j, n - i - j]));
     let inner = rows.filter(move |row| row.iter().all(|&at| at < n));
     inner.map(move |row| {

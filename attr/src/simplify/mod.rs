@@ -149,6 +149,11 @@ impl<'a> Descent<'a> {
         self.guard = Some(DeviationGuard::new(&self.topology, &self.metric, colors, limits));
     }
 
+    /// Whether it is kept within limits.
+    pub(crate) fn is_guarded(&self) -> bool {
+        self.guard.is_some()
+    }
+
     /// How many of its points may move.
     pub(crate) fn free_points(&self) -> usize {
         self.free_points
