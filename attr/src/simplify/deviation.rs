@@ -19,6 +19,7 @@
 mod star;
 
 use glam::DVec3;
+use rustc_hash::FxHashMap;
 
 use super::pairs::root;
 use super::reference::Reference;
@@ -45,6 +46,9 @@ const MOST_A_SIDE_ASKED: usize = 6;
 const LOOKS_PER_SAMPLE: usize = 100;
 const LOOKS: usize = 20_000_000;
 const PLACE: usize = 64;
+
+/// Points of a shell that are compared with what lies behind it.
+const MOST_SEEN: usize = 4;
 
 /// No limit is less than this, which the reference is rounded by: even what is flat would stay.
 const ROUNDING: f64 = 1e-7;
@@ -77,6 +81,8 @@ pub(super) struct DeviationGuard {
     /// itself.
     bounds: Vec<f64>,
     merged_into: Vec<PointId>,
+    /// How shells of the reference differ in color from what lies behind, once that was asked.
+    contrasts: FxHashMap<u32, f64>,
     /// How many looks are left.
     looks: usize,
     /// What the step that is looked at comes to, and the last one that was allowed.
@@ -115,6 +121,7 @@ impl DeviationGuard {
             next: vec![NONE; points],
             bounds: vec![0.0; points],
             merged_into: (0..points).map(PointId::new).collect(),
+            contrasts: FxHashMap::default(),
             looks: 0,
             trial: Step::default(),
             step: Step::default(),
@@ -290,11 +297,25 @@ impl DeviationGuard {
         self.last[kept] = last;
     }
 
-    /// How a shell that consists of `points` differs in color from what lies behind it: 0 to 1.
-    pub(super) fn contrast(&self, points: &[PointId]) -> f64 {
-        let contrasts = points.iter().filter_map(|&point| self.reference.contrast(point, points));
+    /// How a shell that consists of `points` differs in color from what lies behind it: 0 to 1. Asked once
+    /// a shell, at a few of its points.
+    pub(super) fn contrast(&mut self, points: &[PointId]) -> f64 {
+        let Some(shell) = points.first().and_then(|&point| self.reference.colored_shell(point))
+        else {
+            return 0.0;
+        };
+        if let Some(&known) = self.contrasts.get(&shell) {
+            return known;
+        }
+        if !self.look(PLACE * MOST_SEEN) {
+            return 0.0;
+        }
+        let some = points.iter().step_by(points.len().div_ceil(MOST_SEEN));
+        let contrasts = some.filter_map(|&point| self.reference.contrast(point, points));
         let (sum, count) = contrasts.fold((0.0, 0), |(sum, count), x| (sum + x, count + 1));
-        if count == 0 { 0.0 } else { sum / f64::from(count) }
+        let contrast = if count == 0 { 0.0 } else { sum / f64::from(count) };
+        self.contrasts.insert(shell, contrast);
+        contrast
     }
 
     /// Whether the shell of a point was asked about before, and can't vanish.

@@ -71,6 +71,11 @@ impl Reference {
         Some(self.triangles[foot.triangle.index()].map(PointId))
     }
 
+    /// The name of the shell that a point belonged to, if it has colors.
+    pub(super) fn colored_shell(&self, point: PointId) -> Option<u32> {
+        self.colors.get(point.index()).map(|_| self.shells[point.index()])
+    }
+
     /// How the color of a point differs from that of the nearest place on shells other than those of
     /// `points`: RMS over the channels. `None` if there are none, or no colors.
     pub(super) fn contrast(&self, point: PointId, points: &[PointId]) -> Option<f64> {

@@ -70,19 +70,20 @@ impl Descent<'_> {
             }
             // One item a shell, whichever of its points was asked.
             let name = self.topology.points(first)[0];
-            self.queue.push(self.end_of(&shell).cost, Item::Shell(name).pack());
+            let cost = self.end_of(&shell).cost;
+            self.queue.push(cost, Item::Shell(name).pack());
         }
     }
 
     /// What the end of a shell costs: its area off by its radius, and by its contrast to what lies behind.
     /// A lamp is small, and missed.
-    fn end_of(&self, shell: &[TriangleId]) -> End {
+    fn end_of(&mut self, shell: &[TriangleId]) -> End {
         let (area, radius) = measure(shell, &self.topology, &self.metric);
         let points = points_of(shell, &self.topology);
+        let contrast = self.guard.as_mut().map_or(0.0, |guard| guard.contrast(&points));
         let space = &self.metric.space;
         let importance = |&point: &PointId| space.importance(self.point_sources[point]);
         let importance = points.iter().map(importance).fold(0.0, f64::max);
-        let contrast = self.guard.as_ref().map_or(0.0, |guard| guard.contrast(&points));
         let contrast = CONTRAST * space.weights.color * contrast;
         let cost = match space.cost {
             Cost::Quadric => importance * area * (radius * radius + contrast * contrast),

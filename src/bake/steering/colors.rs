@@ -27,7 +27,7 @@ impl<'a> Colors<'a> {
         Self { asset, limit, images: FxHashMap::default() }
     }
 
-    /// One per point, sRGB in 0…1: that of its first wedge. Empty for a mesh of one shell, where nobody asks.
+    /// One per point, sRGB in 0…1: that of its first wedge. Empty for a mesh of one shell, where nobody asks, or of one color.
     ///
     /// # Errors
     /// [`Error::Invalid`](crate::error::Error::Invalid) if a material is malformed.
@@ -46,7 +46,9 @@ impl<'a> Colors<'a> {
                     .get_or_insert_with(|| self.color(mesh, wedge, &materials[group as usize]));
             }
         }
-        Ok(colors.into_iter().map(Option::unwrap_or_default).collect())
+        let colors: Vec<[f32; 3]> = colors.into_iter().map(Option::unwrap_or_default).collect();
+        let is_plain = colors.iter().all(|color| *color == colors[0]);
+        Ok(if is_plain { Vec::new() } else { colors })
     }
 
     fn material(&mut self, material: Option<usize>) -> Result<Paint> {
