@@ -45,7 +45,8 @@ fn apart(
     let shares = options.targets.shares(triangle_count(geometries));
     let simplify = |(geometry, steering): (&Geometry, &MeshSteering)| {
         progress.check("simplify")?;
-        let targets = targets(geometry, &shares);
+        let least = if geometries.len() > 1 { LEAST } else { 1 };
+        let targets = targets(geometry, &shares, least);
         simplify_chain(&geometry.welded.mesh, &targets, &steering.options(), removed)
             .map_err(|error| internal(&error))
     };
@@ -92,13 +93,13 @@ pub(crate) fn polish_all(
     })
 }
 
-/// A mesh of its own budget keeps as many triangles as a box: fewer would be shards.
+/// Among others, a mesh of its own budget keeps as many triangles as a box: fewer would be shards.
 const LEAST: usize = 12;
 
-/// The triangles each level of a surface is to have.
-fn targets(geometry: &Geometry, shares: &[f64]) -> Vec<usize> {
+/// The triangles each level of a surface is to have, `least` if it has so many.
+fn targets(geometry: &Geometry, shares: &[f64], least: usize) -> Vec<usize> {
     let own = geometry.welded.mesh.triangles.len();
-    let share = |share: &f64| ((own as f64 * share).round() as usize).max(LEAST.min(own));
+    let share = |share: &f64| ((own as f64 * share).round() as usize).max(least.min(own));
     shares.iter().map(share).collect()
 }
 

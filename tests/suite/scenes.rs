@@ -89,7 +89,7 @@ fn what_the_scene_shows_larger_or_more_often_keeps_more() {
     assert!(alike[0].abs_diff(alike[1]) * 20 < alike[0], "{alike:?}");
     build.json["nodes"][1]["scale"] = json!([3.0, 3.0, 3.0]);
     let large = fifth(&build);
-    assert!(large[1] > 3 * large[0], "{large:?}");
+    assert!(2 * large[1] > 3 * large[0], "{large:?}");
     build.json["nodes"][1]["scale"] = json!([1.0, 1.0, 1.0]);
     let places: Vec<[f32; 3]> = (0..81).map(|at| [at as f32 * 3.0, 0.0, 0.0]).collect();
     let places = build.floats(&places);

@@ -5,6 +5,7 @@ use crate::common::output::{Output, border};
 use crate::common::shapes::Shape;
 use crate::common::{Baked, unmeasured};
 use seamwise::bake::options::{BakeOptions, Targets};
+use seamwise::bake::steering::Steering;
 
 const ROWS: u32 = 24;
 
@@ -44,7 +45,9 @@ fn sheet(cuts: &[f32]) -> Build {
 
 fn bake(build: &Build, triangles: Vec<usize>) -> Baked {
     let targets = Targets::triangles(triangles).expect("targets");
-    Baked::bytes("tiles", &build.glb(), &BakeOptions { targets, ..unmeasured() })
+    // However far that takes the sheet.
+    let steering = Steering { max_deviation: None, ..Steering::default() };
+    Baked::bytes("tiles", &build.glb(), &BakeOptions { targets, steering, ..unmeasured() })
 }
 
 /// The borders of what the nodes of the scene show, all meshes together.
