@@ -48,7 +48,11 @@ fn documents(folder: &Path) -> Vec<PathBuf> {
 
 /// The elements of an accessor; a matrix as its columns.
 fn elements(asset: &Asset, index: usize) -> accessor::Elements {
-    let mut asset = Asset { json: asset.json.clone(), ..asset.clone() };
+    // A character has thousands of accessors: no copy of all for each.
+    if asset.json["accessors"][index]["type"] != "MAT4" {
+        return accessor::read(asset, index, "").expect("an accessor");
+    }
+    let mut asset = asset.clone();
     let own = &mut asset.json["accessors"][index];
     if own["type"] == "MAT4" {
         own["type"] = json!("VEC4");
