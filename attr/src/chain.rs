@@ -15,6 +15,13 @@ use crate::regions;
 use crate::simplify::{Descent, MAX_TRIANGLES, Stop};
 use crate::space::Space;
 
+/// With a limit on deviation, a polish moves no point farther than this share of it.
+///
+/// Lab note: a fox of 576 triangles at 25 and 12.5 %, RMS and greatest distance over the diagonal, in
+/// thousandths: unheld 3.05, 5.4 and 19, 46; 1: 3.06, 5.9 and 19, 31; **0.75**: 3.07, 6.6 and 19, 33; 0.5:
+/// 3.25, 6.9 and 21, 29. At 6.25 % 1 is at 44 and 0.75 at 36.
+const MAX_MOVE: f64 = 0.75;
+
 /// One level of detail.
 #[derive(Clone, Debug)]
 pub struct Level {
@@ -164,7 +171,7 @@ pub fn polish_chain(
                 locked: &locked,
                 turn_cosine: options.turn_cosine(),
                 keep_volume: options.keep_volume,
-                max_move: options.max_deviation.map_or(f64::INFINITY, |limit| limit * 0.75),
+                max_move: options.max_deviation.map_or(f64::INFINITY, |limit| limit * MAX_MOVE),
             };
             polish.fit(&source, &mut level.mesh, &guards);
             finish_attributes(&mut level.mesh, &range);

@@ -6,7 +6,7 @@
 //! other sharing of the same triangles would have a lesser sum, were costs to rise as they do along one
 //! descent (Everett, "Generalized Lagrange multiplier method for solving problems of optimum allocation
 //! of resources", Operations Research 1963). That is a guide and no guarantee: costs are weighed with
-//! texture and shading, and fall where quadrics are summed anew.
+//! texture and shading, and fall where quadrics are summed anew. So they are hedged by `HEDGE`.
 //!
 //! Each surface goes down in a queue of its own, however large: regions, which large surfaces go down in
 //! when they are alone, are not cut here.

@@ -13,7 +13,8 @@ use crate::topology::Topology;
 /// collapse. A closed shell can't go below four triangles, and a sharp one sticks somewhat above.
 const SMALL: usize = 16;
 
-/// How much a difference in color between a shell and what lies behind it counts beside one in vertex colors.
+/// How much a difference in color between a shell and what lies behind it counts beside one in vertex colors:
+/// more keeps lamps and costs the rest (benches/METRIC.md, where a descent stops).
 const CONTRAST: f64 = 10.0;
 
 /// The end of a shell, in the units of the metric.
