@@ -87,7 +87,7 @@ pub fn simplify_chain(
         let mut stopped = None;
         if !(forgets && regions::is_small(descent.triangles())) {
             let end = if forgets { target.max(regions::LEAST - 1) } else { target };
-            stopped = descent.descend(end, regions::turn(descent.triangles()), removed);
+            stopped = descent.descend(end, regions::queue_slack(descent.triangles()), removed);
         }
         if forgets && stopped.is_none() && descent.triangles() > target {
             stopped = descent.descend_in_steps(target, removed);
@@ -169,7 +169,7 @@ pub fn polish_chain(
             let locked = options.locked_of(&level.point_sources);
             let guards = Guards {
                 locked: &locked,
-                turn_cosine: options.turn_cosine(),
+                rotation_cosine: options.rotation_cosine(),
                 keep_volume: options.keep_volume,
                 max_move: options.max_deviation.map_or(f64::INFINITY, |limit| limit * MAX_MOVE),
             };

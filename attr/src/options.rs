@@ -47,9 +47,9 @@ pub struct Options<'a> {
     /// The share of the area that may go as borders recede and shells vanish, 0 to 1; only with
     /// `max_deviation`.
     pub max_lost_area: f64,
-    /// No collapse may turn a triangle by more than this, in degrees above 0 and up to 90, nor may a
+    /// No collapse may rotate a triangle by more than this, in degrees above 0 and up to 90, nor may a
     /// polish, seen from the level that it is given.
-    pub max_turn: f64,
+    pub max_rotation: f64,
     /// Points of two shells nearer than this, in the units of the mesh, may merge at their cost by the
     /// quadrics, as if there were an edge between them.
     pub join_distance: Option<f64>,
@@ -77,7 +77,7 @@ impl Default for Options<'_> {
             max_error: None,
             max_deviation: None,
             max_lost_area: 1.0,
-            max_turn: 75.0,
+            max_rotation: 75.0,
             join_distance: None,
             keep_volume: false,
             importance: &[],
@@ -94,9 +94,9 @@ impl Options<'_> {
         Some(Limits { deviation: deviation / unit, area: self.max_lost_area })
     }
 
-    /// The cosine of the largest turn.
-    pub(crate) fn turn_cosine(&self) -> f64 {
-        self.max_turn.to_radians().cos()
+    /// The cosine of the largest rotation.
+    pub(crate) fn rotation_cosine(&self) -> f64 {
+        self.max_rotation.to_radians().cos()
     }
 
     /// One per point of a level that stands for `sources`: whether it is locked. Empty if none is.
@@ -116,8 +116,8 @@ impl Options<'_> {
         if [w.uv, w.normal, w.color, w.border, w.seam].iter().any(|w| !w.is_finite() || *w < 0.0) {
             return Err(Error::Options { what: "weights must be finite and not negative".into() });
         }
-        if !(self.max_turn > 0.0 && self.max_turn <= 90.0) {
-            let what = "a turn must be above 0 and at most 90 degrees".into();
+        if !(self.max_rotation > 0.0 && self.max_rotation <= 90.0) {
+            let what = "a rotation must be above 0 and at most 90 degrees".into();
             return Err(Error::Options { what });
         }
         if self.max_deviation.is_some_and(|x| x.is_nan() || x < 0.0) {
@@ -236,7 +236,7 @@ mod tests {
             let count = level.mesh.triangles.len();
             (0..count).map(|t| normal(&level.mesh, t).z).fold(1.0f32, f32::min)
         };
-        let tight = Options { max_turn: 5.0, ..Options::default() };
+        let tight = Options { max_rotation: 5.0, ..Options::default() };
         let (loose, tight) = (chain(&bumps, 60, &Options::default()), chain(&bumps, 60, &tight));
         assert!(tight.mesh.triangles.len() > loose.mesh.triangles.len());
         assert!(steepest(&tight) >= steepest(&loose));
@@ -312,8 +312,8 @@ mod tests {
         };
         let options = Options { locked: &[true], ..Options::default() };
         assert!(refused(&options).contains("1 locks for 9 points"));
-        for max_turn in [0.0, 91.0, f64::NAN] {
-            let options = Options { max_turn, ..Options::default() };
+        for max_rotation in [0.0, 91.0, f64::NAN] {
+            let options = Options { max_rotation, ..Options::default() };
             assert!(refused(&options).contains("at most 90 degrees"));
         }
     }

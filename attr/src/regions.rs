@@ -39,7 +39,7 @@ const SAMPLE: usize = 1024;
 ///
 /// Lab note: a displaced sphere of 998,000 triangles to four levels, processor time and RMS distance at
 /// 50 and 6.25 % over those at 1: with 0.8 0.87, 1.002 and 1.011; with 0.6 0.86, 1.011 and 1.028.
-const TURN: f64 = 0.8;
+const QUEUE_SLACK: f64 = 0.8;
 
 /// Whether a surface of so many triangles is to go down in regions.
 pub(crate) fn is_large(triangles: usize, target: usize) -> bool {
@@ -53,8 +53,8 @@ pub(crate) fn is_small(triangles: usize) -> bool {
 
 /// When a collapse has its turn in a surface of so many triangles: when nothing that waits costs less
 /// than this share of it.
-pub(crate) fn turn(triangles: usize) -> f64 {
-    if is_small(triangles) { 1.0 } else { TURN }
+pub(crate) fn queue_slack(triangles: usize) -> f64 {
+    if is_small(triangles) { 1.0 } else { QUEUE_SLACK }
 }
 
 /// Takes a surface near `target` triangles, and never below, if it is large.
@@ -176,7 +176,7 @@ impl<'a> Cut<'a> {
             let least = (descent.triangles() as f64 * least_share).ceil() as usize;
             // A step takes up to fifteen triangles more than one.
             let goes_on = |cost, triangles| cost <= limit && triangles > least + 15;
-            descent.descend_while(goes_on, TURN, &unheard);
+            descent.descend_while(goes_on, QUEUE_SLACK, &unheard);
             descent.into_stage().compact()
         })
     }
@@ -259,7 +259,7 @@ impl Trace {
                 highest = highest.max(cost);
                 triangles > end
             },
-            TURN,
+            QUEUE_SLACK,
             &AtomicUsize::new(0),
         );
         Self { steps, wanted, free }

@@ -31,8 +31,8 @@ pub(crate) struct Space {
     /// What each entry of a row is multiplied by: a row per group.
     scales: FxHashMap<u32, [f64; MAX_ATTRIBUTES]>,
     pub(crate) weights: Weights,
-    /// The cosine of the largest angle that a collapse may turn a triangle by.
-    pub(crate) turn_cosine: f64,
+    /// The cosine of the largest angle that a collapse may rotate a triangle by.
+    pub(crate) rotation_cosine: f64,
     pub(crate) keep_volume: bool,
     /// Points of two shells nearer than this may meet; 0 if they may not.
     pub(crate) join_distance: f64,
@@ -62,7 +62,7 @@ impl Space {
             layout: mesh.layout,
             scales,
             weights,
-            turn_cosine: options.turn_cosine(),
+            rotation_cosine: options.rotation_cosine(),
             keep_volume: options.keep_volume,
             join_distance: options.join_distance.unwrap_or(0.0) / unit,
             cost: options.cost,

@@ -188,12 +188,12 @@ impl Falling for Member<'_> {
     }
 
     fn descend_while(&mut self, mut goes_on: impl FnMut(f64, usize) -> bool) {
-        let (turn, scale) = (regions::turn(self.descent.triangles()), self.scale);
+        let (queue_slack, scale) = (regions::queue_slack(self.descent.triangles()), self.scale);
         let source = self.source;
         let goes_on = |cost: f64, triangles: usize| {
             goes_on(shared_cost(cost, scale * hedge(source, triangles)), triangles)
         };
-        self.stopped = self.descent.descend_while(goes_on, turn, self.removed);
+        self.stopped = self.descent.descend_while(goes_on, queue_slack, self.removed);
     }
 }
 

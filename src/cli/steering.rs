@@ -26,9 +26,9 @@ pub(super) struct SteeringArgs {
     /// from the source, or a tenth of its area: by default a level stops before, and says so.
     #[arg(long)]
     reach_target: bool,
-    /// Turn no triangle by more than this in any collapse.
-    #[arg(long, default_value_t = Steering::default().max_turn, value_name = "DEGREES")]
-    max_turn: f64,
+    /// Rotate no triangle by more than this in any collapse.
+    #[arg(long, alias = "max-turn", default_value_t = Steering::default().max_rotation, value_name = "DEGREES")]
+    max_rotation: f64,
     /// Let points of two shells meet that are nearer than this, in the units of the scene: cracks
     /// close, and parts that touch go down as one.
     #[arg(long, value_name = "D")]
@@ -82,7 +82,7 @@ impl SteeringArgs {
             },
             max_error: self.max_error,
             max_deviation: Steering::default().max_deviation.filter(|_| !self.reach_target),
-            max_turn: self.max_turn,
+            max_rotation: self.max_rotation,
             join_distance: self.join_distance,
             keep_volume: self.keep_volume,
             lock_materials: self.lock_material.clone(),

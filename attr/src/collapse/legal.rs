@@ -141,7 +141,8 @@ impl Plan {
             let before = topology.points(triangle).map(|point| metric.positions[point]);
             let mut after = before;
             after[corner.slot()] = position;
-            if turns(before, after, metric.space.turn_cosine) || is_worse_sliver(before, after) {
+            if turns(before, after, metric.space.rotation_cosine) || is_worse_sliver(before, after)
+            {
                 return false;
             }
             let wedges = topology.wedges(triangle);

@@ -84,8 +84,8 @@ pub struct Polish {
 pub(crate) struct Guards<'a> {
     /// One per point, or empty: a locked point holds still, and so do its wedges.
     pub(crate) locked: &'a [bool],
-    /// The cosine of the largest angle that a triangle may turn by.
-    pub(crate) turn_cosine: f64,
+    /// The cosine of the largest angle that a triangle may rotate by.
+    pub(crate) rotation_cosine: f64,
     /// Whether the volume stays what it is.
     pub(crate) keep_volume: bool,
     /// How far a point may move from where it was, in the units of the mesh.

@@ -22,7 +22,7 @@ pub(super) struct Descended {
     graph: Graph,
     /// Per point: whether it may move.
     free: Vec<bool>,
-    turn_cosine: f64,
+    rotation_cosine: f64,
     keep_volume: bool,
     max_move: f64,
 }
@@ -34,7 +34,7 @@ impl Descended {
             positions: level.positions.clone(),
             graph: Graph::new(triangles.collect(), level.positions.len()),
             free: free_points(level, guards.locked),
-            turn_cosine: guards.turn_cosine,
+            rotation_cosine: guards.rotation_cosine,
             keep_volume: guards.keep_volume,
             max_move: guards.max_move,
         }
@@ -141,7 +141,7 @@ fn keep_shape(level: &Mesh, descended: &Descended, mut moved: Vec<Vec3>) -> Vec<
             let at = |positions: &[Vec3]| points.map(|p| positions[p.index()].as_dvec3());
             let (first, before, after) =
                 (at(&descended.positions), at(&level.positions), at(&moved));
-            let turns = |before, after| turns(before, after, descended.turn_cosine);
+            let turns = |before, after| turns(before, after, descended.rotation_cosine);
             before != after && (turns(first, after) || is_worse_sliver(first, after))
         };
         let bad: Vec<usize> = (0..level.triangles.len()).into_par_iter().filter(is_bad).collect();

@@ -17,13 +17,13 @@ impl Descent<'_> {
 
     /// Makes a loop a point at its cheapest legal place, or queues it again if that costs more than what
     /// waits. Returns how many triangles went.
-    pub(super) fn close_loop(&mut self, edge: EdgeId, turn: f64) -> Result<usize, Stop> {
+    pub(super) fn close_loop(&mut self, edge: EdgeId, queue_slack: f64) -> Result<usize, Stop> {
         let Some(cheapest) = self.plan_loop(edge) else { return Ok(0) };
-        if self.must_wait(Item::Loop(edge), cheapest.cost, turn) {
+        if self.must_wait(Item::Loop(edge), cheapest.cost, queue_slack) {
             return Ok(0);
         }
         let Some(best) = self.best(cheapest) else { return Ok(0) };
-        if self.must_wait(Item::Loop(edge), best.cost, turn) {
+        if self.must_wait(Item::Loop(edge), best.cost, queue_slack) {
             return Ok(0);
         }
         self.apply(best)

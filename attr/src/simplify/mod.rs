@@ -182,19 +182,19 @@ impl<'a> Descent<'a> {
     pub(crate) fn descend(
         &mut self,
         target: usize,
-        turn: f64,
+        queue_slack: f64,
         removed: &AtomicUsize,
     ) -> Option<Stop> {
         self.retried_at = self.triangles();
-        self.descend_while(|_, triangles| triangles > target, turn, removed)
+        self.descend_while(|_, triangles| triangles > target, queue_slack, removed)
     }
 
     /// Collapses while `goes_on` says so of the least cost that waits and of the triangles left. A
-    /// collapse has its turn when nothing that waits costs less than the share `turn` of it.
+    /// collapse has its turn when nothing that waits costs less than the share `queue_slack` of it.
     pub(crate) fn descend_while(
         &mut self,
         mut goes_on: impl FnMut(f64, usize) -> bool,
-        turn: f64,
+        queue_slack: f64,
         removed: &AtomicUsize,
     ) -> Option<Stop> {
         while goes_on(self.queue.least(), self.triangles()) {
@@ -210,10 +210,10 @@ impl<'a> Descent<'a> {
                 continue;
             };
             let step = match Item::unpack(packed) {
-                Item::Edge(edge) => self.collapse(edge, turn),
-                Item::Shell(point) => self.vanish(point, turn),
-                Item::Pair(pair) => self.join(pair, turn),
-                Item::Loop(edge) => self.close_loop(edge, turn),
+                Item::Edge(edge) => self.collapse(edge, queue_slack),
+                Item::Shell(point) => self.vanish(point, queue_slack),
+                Item::Pair(pair) => self.join(pair, queue_slack),
+                Item::Loop(edge) => self.close_loop(edge, queue_slack),
             };
             match step {
                 Ok(triangles) => {
@@ -230,15 +230,15 @@ impl<'a> Descent<'a> {
 
     /// Collapses an edge at its cheapest legal placement, or queues it again if that costs more
     /// than what waits. Returns how many triangles went.
-    fn collapse(&mut self, edge: EdgeId, turn: f64) -> Result<usize, Stop> {
+    fn collapse(&mut self, edge: EdgeId, queue_slack: f64) -> Result<usize, Stop> {
         let Some(points) = self.topology.ends(edge) else { return Ok(0) };
         let price = self.plan.price(&self.topology, &self.metric, points);
         let item = Item::Edge(edge);
-        if self.must_wait(item, price, turn) {
+        if self.must_wait(item, price, queue_slack) {
             return Ok(0);
         }
         self.plan.set(&self.topology, &self.metric, &points);
-        if self.plan.is_void() { Ok(0) } else { self.merge(item, price, points, turn) }
+        if self.plan.is_void() { Ok(0) } else { self.merge(item, price, points, queue_slack) }
     }
 
     /// Does what is planned for two points, or queues the item again. `price` is what it costs at least.
@@ -247,13 +247,13 @@ impl<'a> Descent<'a> {
         item: Item,
         price: f64,
         points: [PointId; 2],
-        turn: f64,
+        queue_slack: f64,
     ) -> Result<usize, Stop> {
         let cheapest = self.plan.cheapest(&self.metric);
         let by_length = self.metric.space.cost == Cost::EdgeLength;
         if let Some(Candidate { cost, .. }) = cheapest
             && !by_length
-            && self.must_wait(item, cost, turn)
+            && self.must_wait(item, cost, queue_slack)
         {
             return Ok(0);
         }
@@ -266,7 +266,7 @@ impl<'a> Descent<'a> {
             }
             return Ok(0);
         };
-        if !by_length && self.must_wait(item, best.cost, turn) {
+        if !by_length && self.must_wait(item, best.cost, queue_slack) {
             return Ok(0);
         }
         self.apply(best)
@@ -297,9 +297,9 @@ impl<'a> Descent<'a> {
         })
     }
 
-    /// Queues an item again if something that waits costs less than the share `turn` of its cost.
-    fn must_wait(&mut self, item: Item, cost: f64, turn: f64) -> bool {
-        let waits = self.queue.has_cheaper(turn * cost);
+    /// Queues an item again if something that waits costs less than the share `queue_slack` of its cost.
+    fn must_wait(&mut self, item: Item, cost: f64, queue_slack: f64) -> bool {
+        let waits = self.queue.has_cheaper(queue_slack * cost);
         if waits {
             self.queue.push(cost, item.pack());
         }

@@ -92,7 +92,7 @@ impl Descent<'_> {
     }
 
     /// Merges a pair, or queues it again if that costs more than what waits.
-    pub(super) fn join(&mut self, pair: u32, turn: f64) -> Result<usize, Stop> {
+    pub(super) fn join(&mut self, pair: u32, queue_slack: f64) -> Result<usize, Stop> {
         let item = Item::Pair(pair);
         let Some(points) = self.pairs.ends(pair as usize) else { return Ok(0) };
         let is_gone = |point: &PointId| self.topology.corners(*point).next().is_none();
@@ -107,11 +107,11 @@ impl Descent<'_> {
         let mut price = 0.0;
         if self.metric.space.cost == Cost::EdgeLength {
             price = self.plan.price(&self.topology, &self.metric, points);
-            if self.must_wait(item, price, turn) {
+            if self.must_wait(item, price, queue_slack) {
                 return Ok(0);
             }
         }
-        self.merge(item, price, points, turn)
+        self.merge(item, price, points, queue_slack)
     }
 }
 

@@ -27,7 +27,7 @@ struct End {
 impl Descent<'_> {
     /// Takes a small shell out, unless it is all there is, holds a locked point or costs more than
     /// what waits.
-    pub(super) fn vanish(&mut self, point: PointId, turn: f64) -> Result<usize, Stop> {
+    pub(super) fn vanish(&mut self, point: PointId, queue_slack: f64) -> Result<usize, Stop> {
         let shell = small_shell(&self.topology, point, &mut self.counts);
         let Some(shell) = shell.filter(|s| !s.is_empty() && s.len() < self.triangles()) else {
             return Ok(0);
@@ -40,7 +40,7 @@ impl Descent<'_> {
             return Ok(0);
         }
         let end = self.end_of(&shell);
-        if self.queue.has_cheaper(turn * end.cost) {
+        if self.queue.has_cheaper(queue_slack * end.cost) {
             self.queue.push(end.cost, Item::Shell(point).pack());
             return Ok(0);
         }

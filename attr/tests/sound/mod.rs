@@ -41,7 +41,7 @@ pub(crate) struct Recipe {
 struct Wishes {
     cost: Cost,
     placement: Placement,
-    max_turn: f64,
+    max_rotation: f64,
     /// In sides of the sheet.
     join_distance: Option<f64>,
     keep_volume: bool,
@@ -63,7 +63,7 @@ impl Wishes {
         Ok(Self {
             cost: if u.ratio(1, 4)? { Cost::EdgeLength } else { Cost::Quadric },
             placement,
-            max_turn: 90.0 - f64::from(u.int_in_range(0..=89)?),
+            max_rotation: 90.0 - f64::from(u.int_in_range(0..=89)?),
             join_distance: joins
                 .then(|| Ok(f64::from(u.arbitrary::<u8>()?) / 512.0))
                 .transpose()?,
@@ -236,7 +236,7 @@ pub(crate) fn chains(recipe: &Recipe) -> Option<(Mesh, [Vec<Level>; 2])> {
     let options = Options {
         cost: wishes.cost,
         placement: wishes.placement,
-        max_turn: wishes.max_turn,
+        max_rotation: wishes.max_rotation,
         join_distance: wishes.join_distance.map(|share| share * f64::from(recipe.scale)),
         keep_volume: wishes.keep_volume,
         max_deviation: wishes.max_deviation.map(|share| share * f64::from(recipe.scale)),

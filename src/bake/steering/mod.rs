@@ -50,8 +50,8 @@ pub struct Steering {
     /// How far the surface may end from the source, as a share of the diagonal of the scene's bounding box,
     /// if not as far as the targets take it: see [`MAX_DEVIATION`].
     pub max_deviation: Option<f64>,
-    /// No triangle may turn by more than this in a collapse, in degrees above 0 and up to 90.
-    pub max_turn: f64,
+    /// No triangle may rotate by more than this in a collapse, in degrees above 0 and up to 90.
+    pub max_rotation: f64,
     /// Points of two shells nearer than this, in the units of the scene, may merge.
     pub join_distance: Option<f64>,
     /// Whether the enclosed volume stays what it is.
@@ -74,7 +74,7 @@ pub(crate) struct MeshSteering {
     /// In the units of the mesh.
     max_error: Option<f64>,
     max_deviation: Option<f64>,
-    max_turn: f64,
+    max_rotation: f64,
     /// In the units of the mesh.
     join_distance: Option<f64>,
     keep_volume: bool,
@@ -91,7 +91,7 @@ impl Default for Steering {
             placement: Placement::default(),
             max_error: None,
             max_deviation: Some(MAX_DEVIATION),
-            max_turn: Options::default().max_turn,
+            max_rotation: Options::default().max_rotation,
             join_distance: None,
             keep_volume: false,
             lock_materials: Vec::new(),
@@ -111,8 +111,8 @@ impl Steering {
         if self.max_error.is_some_and(|error| error.is_nan() || error < 0.0) {
             return refuse("the error limit must be 0 or more");
         }
-        if !(self.max_turn > 0.0 && self.max_turn <= 90.0) {
-            return refuse("a turn must be above 0 and at most 90 degrees");
+        if !(self.max_rotation > 0.0 && self.max_rotation <= 90.0) {
+            return refuse("a rotation must be above 0 and at most 90 degrees");
         }
         if self.join_distance.is_some_and(|x| !x.is_finite() || x < 0.0) {
             return refuse("the distance to join across must be 0 or more");
@@ -153,7 +153,7 @@ impl Steering {
                 placement: self.placement,
                 max_error: self.max_error.map(|error| error / stretch),
                 max_deviation: self.max_deviation.map(|share| share * scene.diagonal() / stretch),
-                max_turn: self.max_turn,
+                max_rotation: self.max_rotation,
                 join_distance: self.join_distance.map(|distance| distance / stretch),
                 keep_volume: self.keep_volume,
                 locked: self.locks(geometry, &materials)?,
@@ -207,7 +207,7 @@ impl MeshSteering {
             max_error: self.max_error,
             max_deviation: self.max_deviation,
             max_lost_area: MAX_LOST_AREA,
-            max_turn: self.max_turn,
+            max_rotation: self.max_rotation,
             join_distance: self.join_distance,
             keep_volume: self.keep_volume,
             importance: &self.importance,
