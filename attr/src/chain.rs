@@ -5,12 +5,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::error::{Error, Result};
-use crate::ground::Ground;
 use crate::id::{PointId, WedgeId};
 use crate::mesh::Mesh;
 use crate::options::Options;
 use crate::polish::{Guards, Polish, Source};
 use crate::quadric::MAX_ATTRIBUTES;
+use crate::region_source::RegionSource;
 use crate::regions;
 use crate::simplify::{Descent, MAX_TRIANGLES, Stop};
 use crate::space::Space;
@@ -63,23 +63,23 @@ pub fn simplify_chain(
     check(mesh, targets, options)?;
     let space = Arc::new(Space::of(mesh, options));
     let max_error = options.max_error.map_or(f64::INFINITY, |limit| limit / space.unit);
-    let begin = |ground: Ground<'_>, target: usize| {
+    let begin = |region_source: RegionSource<'_>, target: usize| {
         // Regions know no guard: it starts where one queue does.
         let end = options.max_deviation.map_or(target, |_| target.max(regions::LEAST));
-        let stage = regions::descend(ground, mesh, end, max_error, removed);
-        let mut descent = Descent::new(mesh, stage, Vec::new(), max_error);
+        let working = regions::descend(region_source, mesh, end, max_error, removed);
+        let mut descent = Descent::new(mesh, working, Vec::new(), max_error);
         descent.find_pairs();
         descent
     };
     let Some(&first) = targets.first() else { return Ok(Vec::new()) };
     let finish = Finish::new(mesh, options);
-    let mut descent = begin(Ground::Mesh(mesh, Arc::clone(&space)), first);
+    let mut descent = begin(RegionSource::Mesh(mesh, Arc::clone(&space)), first);
     let mut levels = Vec::with_capacity(targets.len());
     // An error limit is about the source.
     let forgets = options.max_error.is_none();
     for &target in targets {
         if regions::is_large(descent.triangles(), target) {
-            descent = begin(Ground::Stage(Box::new(descent.into_stage())), target);
+            descent = begin(RegionSource::Working(Box::new(descent.into_working_mesh())), target);
         }
         if !descent.is_guarded() {
             descent.guard(options.limits(space.unit));

@@ -80,24 +80,26 @@ mod tests {
     use crate::metric::Weights;
     use crate::simplify::Descent;
     use crate::space::Space;
-    use crate::stage::Stage;
     use crate::testing::sphere;
+    use crate::working_mesh::WorkingMesh;
 
     #[test]
     fn what_a_descent_hands_on_is_at_most_what_an_edge_costs() {
         let mesh = sphere(24);
         let space = Arc::new(Space::new(&mesh, Weights::default()));
-        let mut descent = Descent::new(&mesh, Stage::new(&mesh, &space), Vec::new(), f64::INFINITY);
+        let mut descent =
+            Descent::new(&mesh, WorkingMesh::new(&mesh, &space), Vec::new(), f64::INFINITY);
         descent.descend(mesh.triangles.len() / 2, 1.0, &AtomicUsize::new(0));
-        let stage = descent.into_stage().compact();
-        let (points, wedges) = (stage.point_sources.len(), stage.wedge_sources.len());
-        let topology = Topology::new(stage.triangles.clone(), stage.wedge_points.clone(), points);
-        let bounds = edge_bounds(&topology, &stage.bounds);
+        let working = descent.into_working_mesh().compact();
+        let (points, wedges) = (working.point_sources.len(), working.wedge_sources.len());
+        let topology =
+            Topology::new(working.triangles.clone(), working.wedge_points.clone(), points);
+        let bounds = edge_bounds(&topology, &working.bounds);
         let (mut plan, mut above, mut same) = (Plan::new(points, wedges), 0, 0);
         for (edge, &bound) in bounds.iter().enumerate() {
             let ends = topology.ends(EdgeId::new(edge)).expect("an edge");
-            plan.set(&topology, &stage.metric, &ends);
-            let cheapest = plan.cheapest(&stage.metric).expect("a place").cost as f32;
+            plan.set(&topology, &working.metric, &ends);
+            let cheapest = plan.cheapest(&working.metric).expect("a place").cost as f32;
             assert!(bound > 0.0 && bound < 2.0 * cheapest, "{bound} of {cheapest}");
             above += usize::from(bound > 1.001 * cheapest);
             same += usize::from((0.999..=1.001).contains(&(bound / cheapest)));

@@ -18,11 +18,11 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::buckets::Buckets;
-use crate::ground::Ground;
 use crate::id::{CornerId, TriangleId};
 use crate::mesh::Mesh;
+use crate::region_source::RegionSource;
 use crate::simplify::Descent;
-use crate::stage::{Numbers, Stage};
+use crate::working_mesh::{Numbers, WorkingMesh};
 
 /// Triangles of a region. Its points and wedges take about a megabyte with five attributes.
 const REGION: usize = 8192;
@@ -59,56 +59,56 @@ pub(crate) fn queue_slack(triangles: usize) -> f64 {
 
 /// Takes a surface near `target` triangles, and never below, if it is large.
 pub(crate) fn descend(
-    mut ground: Ground<'_>,
+    mut region_source: RegionSource<'_>,
     source: &Mesh,
     target: usize,
     max_error: f64,
     removed: &AtomicUsize,
-) -> Stage {
+) -> WorkingMesh {
     for pass in 0.. {
-        let now = ground.triangles();
+        let now = region_source.triangles();
         if !is_large(now, target) {
             break;
         }
-        let pieces = cut_down(&ground, source, target, max_error, pass);
+        let pieces = cut_down(&region_source, source, target, max_error, pass);
         let gone = now - count(&pieces);
         removed.fetch_add(gone, Ordering::Relaxed);
         // What was cut goes before the pieces are joined: both at once would be the most memory.
-        drop(ground);
+        drop(region_source);
         let (points, wedges) = (source.positions.len(), source.wedge_points.len());
-        let joined = Stage::join(pieces, &mut Numbers::new(points, wedges));
-        ground = Ground::Stage(Box::new(joined.expect("a region at least")));
+        let joined = WorkingMesh::join(pieces, &mut Numbers::new(points, wedges));
+        region_source = RegionSource::Working(Box::new(joined.expect("a region at least")));
         if (gone as f64) < 0.05 * now as f64 {
             break;
         }
     }
-    ground.into_stage()
+    region_source.into_working_mesh()
 }
 
 /// The regions of a surface, taken down to one cost or, if that is too much, to their share of
 /// `target`.
 fn cut_down(
-    ground: &Ground<'_>,
+    region_source: &RegionSource<'_>,
     source: &Mesh,
     target: usize,
     max_error: f64,
     pass: usize,
-) -> Vec<Stage> {
-    let cut = Cut::new(ground, source, max_error, pass);
-    let share = target as f64 / ground.triangles() as f64;
+) -> Vec<WorkingMesh> {
+    let cut = Cut::new(region_source, source, max_error, pass);
+    let share = target as f64 / region_source.triangles() as f64;
     let limit = cut.find_limit(share);
     let pieces = cut.descend(limit, 0.0);
     if count(&pieces) < target { cut.descend(limit, share) } else { pieces }
 }
 
 /// Triangles of all pieces.
-fn count(pieces: &[Stage]) -> usize {
+fn count(pieces: &[WorkingMesh]) -> usize {
     pieces.iter().map(|piece| piece.triangles.len()).sum()
 }
 
 /// A surface cut into regions.
 struct Cut<'a> {
-    ground: &'a Ground<'a>,
+    region_source: &'a RegionSource<'a>,
     source: &'a Mesh,
     max_error: f64,
     /// All triangles along the curve, and the place of each on it.
@@ -121,13 +121,19 @@ struct Cut<'a> {
 }
 
 impl<'a> Cut<'a> {
-    fn new(ground: &'a Ground<'a>, source: &'a Mesh, max_error: f64, pass: usize) -> Self {
-        let count = ground.triangles();
+    fn new(
+        region_source: &'a RegionSource<'a>,
+        source: &'a Mesh,
+        max_error: f64,
+        pass: usize,
+    ) -> Self {
+        let count = region_source.triangles();
         let mut keys: Vec<(u64, TriangleId)> = (0..count)
             .into_par_iter()
             .map(TriangleId::new)
             .map(|t| {
-                let sum: DVec3 = ground.points(t).iter().map(|&p| ground.position(p)).sum();
+                let sum: DVec3 =
+                    region_source.points(t).iter().map(|&p| region_source.position(p)).sum();
                 (morton(sum / 3.0), t)
             })
             .collect();
@@ -135,14 +141,22 @@ impl<'a> Cut<'a> {
         let order: Vec<TriangleId> = keys.into_iter().map(|(_, t)| t).collect();
         let mut places = vec![0; count];
         (0..).zip(&order).for_each(|(place, &t)| places[t.index()] = place);
-        let points = (0..count).flat_map(|t| ground.points(TriangleId::new(t)));
-        let corners = Buckets::new(points.map(|point| point.0), ground.sizes()[0]);
+        let points = (0..count).flat_map(|t| region_source.points(TriangleId::new(t)));
+        let corners = Buckets::new(points.map(|point| point.0), region_source.sizes()[0]);
         // Every other pass cuts in the middle of the regions of the one before.
         let first = if pass.is_multiple_of(2) { 0 } else { REGION / 2 };
         let starts = (first..count).step_by(REGION);
         let regions = (first > 0).then_some(0..first.min(count));
         let regions = regions.into_iter().chain(starts.map(|at| at..(at + REGION).min(count)));
-        Self { ground, source, max_error, order, places, corners, regions: regions.collect() }
+        Self {
+            region_source,
+            source,
+            max_error,
+            order,
+            places,
+            corners,
+            regions: regions.collect(),
+        }
     }
 
     /// The cost at which about the share `share` of all triangles is left, as samples have it.
@@ -170,14 +184,14 @@ impl<'a> Cut<'a> {
     }
 
     /// Every region taken down to a cost, none below a share of its triangles.
-    fn descend(&self, limit: f64, least_share: f64) -> Vec<Stage> {
+    fn descend(&self, limit: f64, least_share: f64) -> Vec<WorkingMesh> {
         let unheard = AtomicUsize::new(0);
         self.in_parallel(&self.regions, |mut descent| {
             let least = (descent.triangles() as f64 * least_share).ceil() as usize;
             // A step takes up to fifteen triangles more than one.
             let goes_on = |cost, triangles| cost <= limit && triangles > least + 15;
             descent.descend_while(goes_on, QUEUE_SLACK, &unheard);
-            descent.into_stage().compact()
+            descent.into_working_mesh().compact()
         })
     }
 
@@ -187,7 +201,7 @@ impl<'a> Cut<'a> {
         regions: &[Range<usize>],
         run: impl Fn(Descent<'a>) -> T + Sync,
     ) -> Vec<T> {
-        let [points, wedges] = self.ground.sizes();
+        let [points, wedges] = self.region_source.sizes();
         regions
             .par_iter()
             .with_min_len(regions.len() / (8 * rayon::current_num_threads()))
@@ -201,9 +215,9 @@ impl<'a> Cut<'a> {
     /// A region on its own, the points that it shares with others locked.
     fn descent(&self, region: &Range<usize>, numbers: &mut Numbers) -> Descent<'a> {
         let rim = self.rim(region);
-        let piece = self.ground.piece(&self.order[region.clone()], &rim, numbers);
+        let piece = self.region_source.piece(&self.order[region.clone()], &rim, numbers);
         let mut locked = vec![false; piece.point_sources.len()];
-        for point in rim.into_iter().flat_map(|t| self.ground.points(t)) {
+        for point in rim.into_iter().flat_map(|t| self.region_source.points(t)) {
             if let Some(locked) = numbers.point(point).and_then(|number| locked.get_mut(number)) {
                 *locked = true;
             }
@@ -217,7 +231,7 @@ impl<'a> Cut<'a> {
         let is_own = |t: TriangleId| region.contains(&(self.places[t.index()] as usize));
         let mut rim = Vec::new();
         for &triangle in &self.order[region.clone()] {
-            for point in self.ground.points(triangle) {
+            for point in self.region_source.points(triangle) {
                 let corners = self.corners.of(point.index());
                 // Each point once.
                 if corners.iter().map(|&c| at(c)).find(|&t| is_own(t)) == Some(triangle) {
@@ -300,8 +314,8 @@ mod tests {
     use crate::space::Space;
     use crate::testing::{grid, sphere};
 
-    fn whole(mesh: &Mesh) -> Ground<'_> {
-        Ground::Mesh(mesh, Arc::new(Space::new(mesh, Weights::default())))
+    fn whole(mesh: &Mesh) -> RegionSource<'_> {
+        RegionSource::Mesh(mesh, Arc::new(Space::new(mesh, Weights::default())))
     }
 
     #[test]
@@ -316,9 +330,9 @@ mod tests {
     #[test]
     fn a_plain_where_nothing_costs_anything_does_not_go_below_its_target() {
         let mesh = grid(260);
-        let stage = whole(&mesh);
+        let working = whole(&mesh);
         let target = mesh.triangles.len() / 2;
-        let next = descend(stage, &mesh, target, f64::INFINITY, &AtomicUsize::new(0));
+        let next = descend(working, &mesh, target, f64::INFINITY, &AtomicUsize::new(0));
         assert!((target..target * 3 / 2).contains(&next.triangles.len()));
     }
 
@@ -330,15 +344,15 @@ mod tests {
     #[test]
     fn regions_hold_every_triangle_once_and_rims_are_locked() {
         let mesh = large();
-        let stage = whole(&mesh);
+        let working = whole(&mesh);
         for pass in 0..2 {
-            let cut = Cut::new(&stage, &mesh, f64::INFINITY, pass);
+            let cut = Cut::new(&working, &mesh, f64::INFINITY, pass);
             let mut all: Vec<TriangleId> =
                 cut.regions.iter().flat_map(|region| cut.order[region.clone()].to_vec()).collect();
             all.sort_unstable();
             assert!(all.iter().enumerate().all(|(at, t)| t.index() == at));
             assert_eq!(all.len(), mesh.triangles.len());
-            let [points, wedges] = stage.sizes();
+            let [points, wedges] = working.sizes();
             let mut numbers = Numbers::new(points, wedges);
             let free = cut.regions.iter().map(|r| cut.descent(r, &mut numbers).free_points());
             let share = free.sum::<usize>() as f64 / points as f64;
@@ -352,8 +366,8 @@ mod tests {
         let (target, removed) = (mesh.triangles.len() / 2, AtomicUsize::new(0));
         let on = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            let stage = whole(&mesh);
-            pool.install(|| descend(stage, &mesh, target, f64::INFINITY, &removed))
+            let working = whole(&mesh);
+            pool.install(|| descend(working, &mesh, target, f64::INFINITY, &removed))
         };
         let (one, three) = (on(1), on(3));
         assert!((target..target * 9 / 8).contains(&one.triangles.len()));

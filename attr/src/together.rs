@@ -24,7 +24,7 @@ use crate::regions;
 use crate::sharing::{Falling, share_out};
 use crate::simplify::{Descent, STEP, Stop};
 use crate::space::Space;
-use crate::stage::Stage;
+use crate::working_mesh::WorkingMesh;
 
 /// A cost below this, in the space of a surface, is what positions are rounded by: to one in 2²⁴, over a
 /// thirtieth of the surface. Unless it counts for nothing, a plain of a kilometre keeps triangles
@@ -149,7 +149,7 @@ impl<'a> Member<'a> {
         let Shared { mesh, options, .. } = own;
         let space = Arc::new(Space::of(mesh, options));
         let max_error = options.max_error.map_or(f64::INFINITY, |limit| limit / space.unit);
-        let mut descent = Descent::new(mesh, Stage::new(mesh, &space), Vec::new(), max_error);
+        let mut descent = Descent::new(mesh, WorkingMesh::new(mesh, &space), Vec::new(), max_error);
         descent.find_pairs();
         descent.guard(options.limits(space.unit));
         Self {

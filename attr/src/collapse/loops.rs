@@ -95,9 +95,9 @@ mod tests {
     use crate::edges::Census;
     use crate::metric::Weights;
     use crate::space::Space;
-    use crate::stage::Stage;
     use crate::testing::surface;
     use crate::weld::{Vertices, weld};
+    use crate::working_mesh::WorkingMesh;
     use crate::{Layout, Mesh};
     use glam::Vec3;
 
@@ -127,7 +127,7 @@ mod tests {
         let space = Arc::new(Space::new(mesh, Weights::default()));
         let count = mesh.positions.len();
         let topology = Topology::new(mesh.triangles.clone(), mesh.wedge_points.clone(), count);
-        let metric = Stage::new(mesh, &space).metric;
+        let metric = WorkingMesh::new(mesh, &space).metric;
         let mut plan = Plan::new(count, mesh.wedge_points.len());
         plan.set(&topology, &metric, points);
         (topology, metric, plan)

@@ -323,8 +323,8 @@ mod tests {
     use crate::Mesh;
     use crate::metric::Weights;
     use crate::space::Space;
-    use crate::stage::Stage;
     use crate::testing::{grid, sphere};
+    use crate::working_mesh::WorkingMesh;
 
     fn of(mesh: &Mesh) -> Topology {
         Topology::new(mesh.triangles.clone(), mesh.wedge_points.clone(), mesh.positions.len())
@@ -332,7 +332,7 @@ mod tests {
 
     fn plan(mesh: &Mesh, points: [u32; 2]) -> (Topology, Metric, Plan) {
         let space = Arc::new(Space::new(mesh, Weights::default()));
-        let (topology, metric) = (of(mesh), Stage::new(mesh, &space).metric);
+        let (topology, metric) = (of(mesh), WorkingMesh::new(mesh, &space).metric);
         let mut plan = Plan::new(mesh.positions.len(), mesh.wedge_points.len());
         plan.set(&topology, &metric, &points.map(PointId));
         (topology, metric, plan)

@@ -6,8 +6,8 @@ mod item;
 mod loops;
 mod pairs;
 mod reference;
+mod results;
 mod shells;
-mod stages;
 mod steps;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -20,8 +20,8 @@ use crate::metric::Metric;
 use crate::options::{Cost, Placement};
 use crate::queue::Queue;
 use crate::rank::{edge_bounds, rank_all};
-use crate::stage::Stage;
 use crate::topology::Topology;
+use crate::working_mesh::WorkingMesh;
 use deviation::DeviationGuard;
 pub(crate) use deviation::Limits;
 pub(crate) use item::{Item, MAX_TRIANGLES};
@@ -101,29 +101,29 @@ pub(crate) struct Descent<'a> {
 }
 
 impl<'a> Descent<'a> {
-    /// `stage` was made from `source`. Edges with a point that is `locked`, here or by the options,
+    /// `working` was made from `source`. Edges with a point that is `locked`, here or by the options,
     /// stay as they are. `max_error` is in the units of the metric.
     pub(crate) fn new(
         source: &'a Mesh,
-        stage: Stage,
+        working: WorkingMesh,
         mut locked: Vec<bool>,
         max_error: f64,
     ) -> Self {
-        let (points, wedges) = (stage.point_sources.len(), stage.wedge_points.len());
-        let topology = Topology::new(stage.triangles, stage.wedge_points, points);
-        stage.metric.space.lock(&stage.point_sources, &mut locked);
+        let (points, wedges) = (working.point_sources.len(), working.wedge_points.len());
+        let topology = Topology::new(working.triangles, working.wedge_points, points);
+        working.metric.space.lock(&working.point_sources, &mut locked);
         let held = locked.iter().filter(|locked| **locked).count();
-        let bounds = match stage.metric.space.cost {
-            Cost::Quadric => edge_bounds(&topology, &stage.bounds),
+        let bounds = match working.metric.space.cost {
+            Cost::Quadric => edge_bounds(&topology, &working.bounds),
             Cost::EdgeLength => vec![0.0; topology.edge_count()],
         };
         Self {
             source,
             layout: source.layout,
-            queue: rank_all(&topology, &stage.metric, &bounds, wedges, &locked),
+            queue: rank_all(&topology, &working.metric, &bounds, wedges, &locked),
             bounds,
-            metric: stage.metric,
-            groups: stage.groups,
+            metric: working.metric,
+            groups: working.groups,
             locked,
             free_points: points - held,
             aside: vec![false; topology.edge_count()],
@@ -132,12 +132,12 @@ impl<'a> Descent<'a> {
             pairs: Pairs::default(),
             plan: Plan::new(points, wedges),
             counts: Marks::new(points),
-            point_sources: stage.point_sources,
-            wedge_sources: stage.wedge_sources,
+            point_sources: working.point_sources,
+            wedge_sources: working.wedge_sources,
             max_error,
             guard: None,
             is_held_back: false,
-            error: stage.error,
+            error: working.error,
             topology,
         }
     }

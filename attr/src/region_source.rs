@@ -1,4 +1,4 @@
-//! What regions are cut from: a mesh that is yet to be measured, or a stage of its descent.
+//! What regions are cut from: a mesh that is yet to be measured, or the working mesh of a descent.
 
 use std::sync::Arc;
 
@@ -8,23 +8,23 @@ use crate::id::{PointId, TriangleId, WedgeId};
 use crate::mesh::Mesh;
 use crate::metric::Metric;
 use crate::space::Space;
-use crate::stage::{Key, Numbers, Stage};
+use crate::working_mesh::{Key, Numbers, WorkingMesh};
 
 /// A surface to be cut.
-pub(crate) enum Ground<'a> {
+pub(crate) enum RegionSource<'a> {
     /// The source. Its quadrics are summed piece by piece: all at once they are most of a descent's
     /// memory.
     Mesh(&'a Mesh, Arc<Space>),
     /// What is left of it.
-    Stage(Box<Stage>),
+    Working(Box<WorkingMesh>),
 }
 
-impl Ground<'_> {
+impl RegionSource<'_> {
     /// Its triangles.
     pub(crate) fn triangles(&self) -> usize {
         match self {
             Self::Mesh(mesh, _) => mesh.triangles.len(),
-            Self::Stage(stage) => stage.triangles.len(),
+            Self::Working(working) => working.triangles.len(),
         }
     }
 
@@ -32,7 +32,7 @@ impl Ground<'_> {
     pub(crate) fn sizes(&self) -> [usize; 2] {
         match self {
             Self::Mesh(mesh, _) => [mesh.positions.len(), mesh.wedge_points.len()],
-            Self::Stage(stage) => [stage.point_sources.len(), stage.wedge_sources.len()],
+            Self::Working(working) => [working.point_sources.len(), working.wedge_sources.len()],
         }
     }
 
@@ -40,7 +40,7 @@ impl Ground<'_> {
     pub(crate) fn points(&self, triangle: TriangleId) -> [PointId; 3] {
         match self {
             Self::Mesh(mesh, _) => mesh.triangle_points(triangle.index()),
-            Self::Stage(stage) => stage.points(triangle),
+            Self::Working(working) => working.points(triangle),
         }
     }
 
@@ -48,7 +48,7 @@ impl Ground<'_> {
     pub(crate) fn position(&self, point: PointId) -> DVec3 {
         match self {
             Self::Mesh(mesh, space) => space.place(mesh.positions[point]),
-            Self::Stage(stage) => stage.metric.positions[point],
+            Self::Working(working) => working.metric.positions[point],
         }
     }
 
@@ -59,28 +59,29 @@ impl Ground<'_> {
         region: &[TriangleId],
         rim: &[TriangleId],
         numbers: &mut Numbers,
-    ) -> Stage {
+    ) -> WorkingMesh {
         numbers.clear();
         match self {
             Self::Mesh(mesh, space) => measure(mesh, space, [region, rim], numbers),
-            Self::Stage(stage) => {
+            Self::Working(working) => {
                 // A region has about half as many points as triangles, and a few more at its rim.
                 let sizes = [region.len(), region.len() * 5 / 8, region.len() * 5 / 8];
-                let mut piece = Stage::empty(&stage.metric.space, stage.metric.attributes, sizes);
+                let mut piece =
+                    WorkingMesh::empty(&working.metric.space, working.metric.attributes, sizes);
                 for &triangle in region {
-                    piece.add(stage, triangle, Key::Own, numbers);
+                    piece.add(working, triangle, Key::Own, numbers);
                 }
-                piece.error = stage.error;
+                piece.error = working.error;
                 piece
             }
         }
     }
 
     /// All of it.
-    pub(crate) fn into_stage(self) -> Stage {
+    pub(crate) fn into_working_mesh(self) -> WorkingMesh {
         match self {
-            Self::Mesh(mesh, space) => Stage::new(mesh, &space),
-            Self::Stage(stage) => *stage,
+            Self::Mesh(mesh, space) => WorkingMesh::new(mesh, &space),
+            Self::Working(working) => *working,
         }
     }
 }
@@ -92,7 +93,7 @@ fn measure(
     space: &Arc<Space>,
     [region, rim]: [&[TriangleId]; 2],
     numbers: &mut Numbers,
-) -> Stage {
+) -> WorkingMesh {
     let mut part = Mesh { layout: mesh.layout, ..Mesh::default() };
     let (mut point_sources, mut wedge_sources) = (Vec::new(), Vec::new());
     let mut own = [0; 2];
@@ -128,7 +129,7 @@ fn measure(
     point_sources.truncate(own[0]);
     wedge_sources.truncate(own[1]);
     let Mesh { triangles, groups, wedge_points, .. } = part;
-    Stage {
+    WorkingMesh {
         metric,
         bounds: vec![[0.0; 3]; triangles.len()],
         triangles,
@@ -150,12 +151,12 @@ mod tests {
     fn a_region_has_the_quadrics_of_the_whole() {
         let mesh = sphere(12);
         let space = Arc::new(Space::new(&mesh, Weights::default()));
-        let whole = Stage::new(&mesh, &space);
+        let whole = WorkingMesh::new(&mesh, &space);
         let all = (0..mesh.triangles.len()).map(TriangleId::new);
         let (region, rim): (Vec<_>, Vec<_>) = all.partition(|t| t.0 % 5 < 3);
         let (points, wedges) = (mesh.positions.len(), mesh.wedge_points.len());
         let mut numbers = Numbers::new(points, wedges);
-        let piece = Ground::Mesh(&mesh, space).piece(&region, &rim, &mut numbers);
+        let piece = RegionSource::Mesh(&mesh, space).piece(&region, &rim, &mut numbers);
         assert_eq!(piece.triangles.len(), region.len());
         let near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-15);
         for (wedge, &source) in piece.wedge_sources.iter().enumerate() {

@@ -1,19 +1,19 @@
-//! What a descent leaves: a stage of the next, or a mesh.
+//! What a descent leaves: the working mesh of the next, or a mesh.
 
 use super::Descent;
 use crate::id::{PointId, TriangleId, WedgeId};
 use crate::mesh::Mesh;
 use crate::rank::triangle_bounds;
-use crate::stage::Stage;
+use crate::working_mesh::WorkingMesh;
 
 impl Descent<'_> {
     /// The surface as it stands, with points and wedges among its own that are gone.
-    pub(crate) fn into_stage(self) -> Stage {
+    pub(crate) fn into_working_mesh(self) -> WorkingMesh {
         let rejected = self.rejected.into_iter().map(|(price, item)| (price, item.pack()));
         let waiting = self.queue.into_items().chain(rejected);
         let bounds = triangle_bounds(&self.topology, self.bounds, waiting);
         let (triangles, live, wedge_points) = self.topology.into_parts();
-        Stage {
+        WorkingMesh {
             metric: self.metric,
             triangles: kept(triangles, &live),
             groups: kept(self.groups, &live),

@@ -10,7 +10,7 @@ use crate::metric::Metric;
 use crate::space::Space;
 
 /// A surface, or a piece of one, in the space of the metric.
-pub(crate) struct Stage {
+pub(crate) struct WorkingMesh {
     pub(crate) metric: Metric,
     pub(crate) triangles: Vec<[WedgeId; 3]>,
     pub(crate) groups: Vec<u32>,
@@ -83,7 +83,7 @@ pub(crate) enum Key {
     Source,
 }
 
-impl Stage {
+impl WorkingMesh {
     /// A whole mesh.
     pub(crate) fn new(source: &Mesh, space: &Arc<Space>) -> Self {
         let point_sources: Vec<PointId> = (0..source.positions.len()).map(PointId::new).collect();
@@ -142,13 +142,13 @@ impl Stage {
         let left = self.triangles.len();
         // A surface has about half as many points as triangles, and hardly more wedges.
         let sizes = [left, left * 5 / 8, left * 5 / 8];
-        let mut stage = Self::empty(&self.metric.space, self.metric.attributes, sizes);
-        stage.error = self.error;
+        let mut working = Self::empty(&self.metric.space, self.metric.attributes, sizes);
+        working.error = self.error;
         let mut numbers = Numbers::new(self.point_sources.len(), self.wedge_sources.len());
         for triangle in (0..left).map(TriangleId::new) {
-            stage.add(self, triangle, Key::Own, &mut numbers);
+            working.add(self, triangle, Key::Own, &mut numbers);
         }
-        stage
+        working
     }
 
     /// The points of a triangle.
@@ -156,7 +156,7 @@ impl Stage {
         self.triangles[triangle].map(|wedge| self.wedge_points[wedge])
     }
 
-    /// Adds a triangle of another stage, and of its points and wedges those that have no number yet.
+    /// Adds a triangle of another working mesh, and of its points and wedges those that have no number yet.
     pub(crate) fn add(
         &mut self,
         from: &Self,
