@@ -3,7 +3,7 @@
 //! Such copies have all positions in common, so the weld makes one surface of both: inner edges of four
 //! triangles, and where the sheet ends an edge of two that looks like any inner one. Nothing would hold its
 //! outline then. Here front and back become surfaces of their own again, which meet nowhere: each is a
-//! sheet with a border, and goes down as one.
+//! sheet with a border, and is simplified as one.
 //!
 //! Two triangles at an edge are back to back if they lie on the same side of it and run along it in opposite
 //! senses. Where two do at an edge of two, or two pairs do at an edge of four, it is a fold. A triangle with at

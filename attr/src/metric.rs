@@ -204,7 +204,7 @@ impl Metric {
     }
 
     /// Whether the two sides of an edge differ in group, UV or color. Where normals alone differ, either
-    /// side keeps its own UVs as it goes down, and those stay together as near as what is left allows.
+    /// side keeps its own UVs as it is simplified, and those stay together as near as what is left allows.
     fn is_seam(&self, faces: &Faces<'_>, [a, b]: [&Side; 2]) -> bool {
         let layout = self.space.layout;
         let [from, to] = a.0.map(|point| self.positions[point]);

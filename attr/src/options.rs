@@ -42,7 +42,7 @@ pub struct Options<'a> {
     pub max_error: Option<f64>,
     /// No part of the surface may end farther than this from the source, nor of the source from it, in
     /// the units of the mesh: a collapse that would is not done. Measured at samples, and on a mesh that
-    /// goes down in regions from below 65,536 triangles on; a polish comes after.
+    /// is simplified in regions from below 65,536 triangles on; a polish comes after.
     pub max_deviation: Option<f64>,
     /// The share of the area that may go as borders recede and shells vanish, 0 to 1; only with
     /// `max_deviation`.

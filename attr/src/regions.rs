@@ -1,9 +1,9 @@
-//! Large surfaces go down in pieces that fit a cache, in parallel.
+//! Large surfaces are simplified in regions that fit a cache, in parallel.
 //!
 //! A descent jumps all over its surface, and once that is larger than the cache, waiting for memory
 //! is most of its time. So triangles are put in the order of a space-filling curve (Morton, "A
 //! computer oriented geodetic data base", 1966) and cut into regions of equal size. Points that two
-//! regions share are locked. Every region goes down to one common cost, so that what is taken is what
+//! regions share are locked. Every region is simplified to one common cost, so that what is taken is what
 //! a single queue would have taken, but for the edges at the rims; those come next, in one queue over
 //! all that is left. The common cost is guessed from a sample; should it take too much, regions that
 //! went deepest keep their share instead.
@@ -26,7 +26,7 @@ use crate::working_mesh::{Numbers, WorkingMesh};
 
 /// Triangles of a region. Its points and wedges take about a megabyte with five attributes.
 const REGION: usize = 8192;
-/// A surface of fewer triangles goes down in one queue.
+/// A surface of fewer triangles is simplified in one queue.
 pub(crate) const LEAST: usize = 1 << 16;
 /// A target above this share of what is there is left to the one queue.
 const NEAR: f64 = 0.85;
@@ -41,12 +41,12 @@ const SAMPLE: usize = 1024;
 /// 50 and 6.25 % over those at 1: with 0.8 0.87, 1.002 and 1.011; with 0.6 0.86, 1.011 and 1.028.
 const QUEUE_SLACK: f64 = 0.8;
 
-/// Whether a surface of so many triangles is to go down in regions.
+/// Whether a surface of so many triangles is to be simplified in regions.
 pub(crate) fn is_large(triangles: usize, target: usize) -> bool {
     !is_small(triangles) && target as f64 <= NEAR * triangles as f64
 }
 
-/// Whether a surface of so many triangles goes down as one, in steps.
+/// Whether a surface of so many triangles is simplified as one, in steps.
 pub(crate) fn is_small(triangles: usize) -> bool {
     triangles < LEAST
 }
@@ -245,7 +245,7 @@ impl<'a> Cut<'a> {
     }
 }
 
-/// How a region goes down.
+/// The simplification of a region.
 struct Trace {
     /// Costs that rise, each with how many triangles have gone by then.
     steps: Vec<(f64, f64)>,

@@ -1,8 +1,8 @@
-//! One budget for several things that go down step by step: the cheapest step of all comes first.
+//! One budget for several surfaces that are simplified step by step: the cheapest step of all comes first.
 //!
 //! Done one step at a time, that needs one queue over all and one thread. But none of them minds what
 //! the others do, and where each stands once no step of it costs up to some limit depends on the limit
-//! alone. So all go down side by side to one limit that rises, and only near the target step by step.
+//! alone. So all are simplified side by side to one limit that rises, and only near the target step by step.
 
 use rayon::prelude::*;
 
@@ -14,22 +14,22 @@ const RISE: f64 = 1.1;
 /// The most triangles that a step takes.
 const STEP: usize = 16;
 
-/// What goes down in steps.
-pub(crate) trait Falling: Send {
+/// A surface that is simplified in steps.
+pub(crate) trait Simplifiable: Send {
     /// Its triangles now.
     fn triangles(&self) -> usize;
 
     /// What its next step costs at least; infinite if there is none.
     fn least(&self) -> f64;
 
-    /// Goes down while `goes_on` says so of what the next step costs at least and of the triangles
+    /// Simplifies while `goes_on` says so of what the next step costs at least and of the triangles
     /// left, or to its end.
     fn descend_while(&mut self, goes_on: impl FnMut(f64, usize) -> bool);
 }
 
 /// Takes all together to at most `target` triangles, and below that by the last step alone, unless none
 /// can go on. The result is the same at any number of threads.
-pub(crate) fn share_out<T: Falling>(all: &mut [T], target: usize) {
+pub(crate) fn share_out<T: Simplifiable>(all: &mut [T], target: usize) {
     let mut limit = 0.0f64;
     loop {
         let total: usize = all.iter().map(T::triangles).sum();
@@ -59,7 +59,7 @@ pub(crate) fn share_out<T: Falling>(all: &mut [T], target: usize) {
 }
 
 /// The same with the cheapest step first, whose ever it is.
-fn go_step_by_step<T: Falling>(all: &mut [T], target: usize) {
+fn go_step_by_step<T: Simplifiable>(all: &mut [T], target: usize) {
     let mut total: usize = all.iter().map(T::triangles).sum();
     let can_go = |(cost, _): &(f64, u32)| *cost < f64::INFINITY;
     let mut queue = Queue::new(all.iter().map(T::least).zip(0..).filter(can_go));
@@ -88,7 +88,7 @@ mod tests {
         gone: usize,
     }
 
-    impl Falling for Curve {
+    impl Simplifiable for Curve {
         fn triangles(&self) -> usize {
             self.costs.len() + 1 - self.gone
         }

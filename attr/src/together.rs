@@ -8,7 +8,7 @@
 //! of resources", Operations Research 1963). That is a guide and no guarantee: costs are weighed with
 //! texture and shading, and fall where quadrics are summed anew. So they are hedged by `HEDGE`.
 //!
-//! Each surface goes down in a queue of its own, however large: regions, which large surfaces go down in
+//! Each surface is simplified in a queue of its own, however large: regions, which large surfaces are simplified in
 //! when they are alone, are not cut here.
 
 use std::sync::Arc;
@@ -21,7 +21,7 @@ use crate::error::Result;
 use crate::mesh::Mesh;
 use crate::options::{Cost, Options};
 use crate::regions;
-use crate::sharing::{Falling, share_out};
+use crate::sharing::{Simplifiable, share_out};
 use crate::simplify::{Descent, STEP, Stop};
 use crate::space::Space;
 use crate::working_mesh::WorkingMesh;
@@ -174,7 +174,7 @@ impl<'a> Member<'a> {
     }
 }
 
-impl Falling for Member<'_> {
+impl Simplifiable for Member<'_> {
     fn triangles(&self) -> usize {
         self.descent.triangles()
     }

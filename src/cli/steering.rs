@@ -30,7 +30,7 @@ pub(super) struct SteeringArgs {
     #[arg(long, alias = "max-turn", default_value_t = Steering::default().max_rotation, value_name = "DEGREES")]
     max_rotation: f64,
     /// Let points of two shells meet that are nearer than this, in the units of the scene: cracks
-    /// close, and parts that touch go down as one.
+    /// close, and parts that touch are simplified as one.
     #[arg(long, value_name = "D")]
     join_distance: Option<f64>,
     /// Place merged points where the enclosed volume stays what it is.

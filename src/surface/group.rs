@@ -1,7 +1,7 @@
 //! Which meshes of an asset are one surface.
 //!
 //! Scans come cut into tiles, a mesh each. Simplified one by one, their borders go apart and the ground
-//! shows cracks. So meshes whose borders meet, edge by edge at bitwise equal positions, go down as one
+//! shows cracks. So meshes whose borders meet, edge by edge at bitwise equal positions, are simplified as one
 //! surface, with one budget. They must stand in the same place for good: each shown once, by nodes of
 //! equal world transforms, and nothing moves them.
 
