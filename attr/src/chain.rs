@@ -47,7 +47,7 @@ pub struct Level {
 ///
 /// `targets` are triangle counts, the largest first. Each level has at most its target of
 /// triangles, and fewer only by what the last step took beyond it: one triangle of a collapse, or
-/// up to fifteen of a small shell that vanished; unless `stopped` says why the target was missed.
+/// up to fifteen of a small shell that was removed; unless `stopped` says why the target was missed.
 /// The result is the same at any number of threads. `removed` counts triangles as they go, for a
 /// progress bar.
 ///
@@ -76,7 +76,7 @@ pub fn simplify_chain(
     let mut descent = begin(RegionSource::Mesh(mesh, Arc::clone(&space)), first);
     let mut levels = Vec::with_capacity(targets.len());
     // An error limit is about the source.
-    let forgets = options.max_error.is_none();
+    let rebuilds_quadrics = options.max_error.is_none();
     for &target in targets {
         if regions::is_large(descent.triangles(), target) {
             descent = begin(RegionSource::Working(Box::new(descent.into_working_mesh())), target);
@@ -85,11 +85,11 @@ pub fn simplify_chain(
             descent.guard(options.limits(space.unit));
         }
         let mut stopped = None;
-        if !(forgets && regions::is_small(descent.triangles())) {
-            let end = if forgets { target.max(regions::LEAST - 1) } else { target };
+        if !(rebuilds_quadrics && regions::is_small(descent.triangles())) {
+            let end = if rebuilds_quadrics { target.max(regions::LEAST - 1) } else { target };
             stopped = descent.descend(end, regions::queue_slack(descent.triangles()), removed);
         }
-        if forgets && stopped.is_none() && descent.triangles() > target {
+        if rebuilds_quadrics && stopped.is_none() && descent.triangles() > target {
             stopped = descent.descend_in_steps(target, removed);
         }
         levels.push(finish.level(&descent, target, stopped));
@@ -323,7 +323,7 @@ mod tests {
     }
 
     #[test]
-    fn small_shells_vanish_rather_than_stop_the_descent() {
+    fn small_shells_are_removed_rather_than_stop_the_descent() {
         let mut soup = grid(8);
         let quad = grid(1);
         for copy in 0..20u32 {

@@ -19,8 +19,8 @@
 //!
 //! At its targets; where nothing legal is left ([`Stop::NoLegalCollapse`]); before a cost above
 //! [`Options::max_error`]; or, with [`Options::max_deviation`], before the shape is ruined
-//! ([`Stop::Deviation`]). What bars the way gives way at its price before: loops of three edges around
-//! handles, holes and necks become points, and small shells vanish.
+//! ([`Stop::Deviation`]). What bars the way gives way at its cost before: loops of three edges around
+//! handles, holes and necks become points, and small shells are removed.
 
 mod buckets;
 mod bvh;

@@ -44,7 +44,7 @@ pub struct Options<'a> {
     /// the units of the mesh: a collapse that would is not done. Measured at samples, and on a mesh that
     /// is simplified in regions from below 65,536 triangles on; a polish comes after.
     pub max_deviation: Option<f64>,
-    /// The share of the area that may go as borders recede and shells vanish, 0 to 1; only with
+    /// The share of the area that may go as borders recede and shells are removed, 0 to 1; only with
     /// `max_deviation`.
     pub max_lost_area: f64,
     /// No collapse may rotate a triangle by more than this, in degrees above 0 and up to 90, nor may a
@@ -60,7 +60,7 @@ pub struct Options<'a> {
     /// See [`view_importance`](crate::view_importance) and
     /// [`curvature_importance`](crate::curvature_importance).
     pub importance: &'a [f32],
-    /// One per point, or empty: its color as it is seen, sRGB in 0…1. A small shell that vanishes costs its
+    /// One per point, or empty: its color as it is seen, sRGB in 0…1. A small shell that is removed costs its
     /// contrast to what lies behind, so that eyes and lamps stay longer; only with `max_deviation`.
     pub colors: &'a [[f32; 3]],
     /// One per point, or empty if all are free: a locked point keeps its position and the

@@ -7,7 +7,7 @@ use std::collections::BinaryHeap;
 ///
 /// An item and its cost are one number: the cost, rounded to f32, above the item. So comparing is
 /// one instruction, an entry is 8 bytes, and between equal costs the lesser item comes first. A cost
-/// is a price that may have risen since; whoever pops an item asks what it costs now.
+/// may have risen since: it is a lower bound; whoever pops an item asks what it costs now.
 #[derive(Default)]
 pub(crate) struct Queue {
     heap: BinaryHeap<Reverse<u64>>,

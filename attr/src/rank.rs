@@ -3,7 +3,7 @@
 //! Until they are summed anew, quadrics only grow, so what an edge once cost by them is the least that
 //! it costs from then on; what it exposes may shrink again, but rarely does. That bound goes with the
 //! triangles from one descent to the next, and most edges wait under it until their turn comes; a
-//! price is worked out only where nobody has asked before.
+//! lower_bound is worked out only where nobody has asked before.
 
 use rayon::prelude::*;
 
@@ -62,8 +62,8 @@ pub(crate) fn rank_all(
             || Plan::new(points, wedges),
             |plan, (edge, &bound)| {
                 let ends = topology.ends(EdgeId::new(edge)).filter(is_free)?;
-                let price = |plan: &mut Plan| plan.price(topology, metric, ends);
-                Some(if bound > 0.0 { f64::from(bound) } else { price(plan) })
+                let lower_bound = |plan: &mut Plan| plan.cost_lower_bound(topology, metric, ends);
+                Some(if bound > 0.0 { f64::from(bound) } else { lower_bound(plan) })
             },
         )
         .collect();

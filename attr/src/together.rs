@@ -79,7 +79,7 @@ impl Shared<'_> {
 /// `targets` are the largest first. Together the levels have at most their target of triangles, and fewer
 /// only by what the last step took beyond it, as in [`simplify_chain`](crate::simplify_chain); unless
 /// `stopped` of every surface says why they were missed. A level's own `target` is what it was left with.
-/// No surface vanishes. The result is the same at any number of threads. `removed` counts triangles as
+/// No surface is removed whole. The result is the same at any number of threads. `removed` counts triangles as
 /// they go, for a progress bar.
 ///
 /// # Errors
@@ -114,7 +114,7 @@ pub fn simplify_together(
 /// alike.
 fn descend_in_steps(members: &mut [Member<'_>], target: usize) {
     loop {
-        members.par_iter_mut().for_each(Member::forget);
+        members.par_iter_mut().for_each(Member::rebuild_quadrics);
         let next = target.max((STEP * count(members) as f64) as usize);
         share_out(members, next);
         if next == target || count(members) > next {
@@ -138,7 +138,7 @@ struct Member<'a> {
     source: usize,
     summed_at: usize,
     /// Whether they ever are anew: an error limit is about the source.
-    forgets: bool,
+    rebuilds_quadrics: bool,
     /// Why it can't go on, if it can't.
     stopped: Option<Stop>,
     removed: &'a AtomicUsize,
@@ -158,17 +158,17 @@ impl<'a> Member<'a> {
             scale: own.scale(space.unit),
             summed_at: mesh.triangles.len(),
             source: mesh.triangles.len(),
-            forgets: options.max_error.is_none(),
+            rebuilds_quadrics: options.max_error.is_none(),
             stopped: None,
             removed,
         }
     }
 
     /// Sums its quadrics anew if it has changed.
-    fn forget(&mut self) {
+    fn rebuild_quadrics(&mut self) {
         let now = self.descent.triangles();
-        if self.forgets && now < self.summed_at {
-            self.descent.forget();
+        if self.rebuilds_quadrics && now < self.summed_at {
+            self.descent.rebuild_quadrics();
             (self.summed_at, self.stopped) = (now, None);
         }
     }

@@ -48,7 +48,7 @@ pub struct Welded {
 }
 
 /// Welds vertices to points and wedges; the front and the back of a doubled sheet have points of their
-/// own. Vertices that no triangle uses vanish. Points and wedges
+/// own. Vertices that no triangle uses are left out. Points and wedges
 /// are numbered in the order in which the triangles first name them.
 ///
 /// # Errors

@@ -33,7 +33,7 @@ impl Plan {
     ) -> LostArea {
         let vector = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a) / 2.0;
         let (mut before, mut after, mut all) = (DVec3::ZERO, DVec3::ZERO, 0.0);
-        for &triangle in &self.vanishing {
+        for &triangle in &self.collapsing {
             let own = vector(topology.points(triangle).map(|point| metric.positions[point]));
             before += own;
             all += own.length();

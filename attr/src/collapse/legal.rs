@@ -98,7 +98,7 @@ impl Plan {
             return false;
         }
         let opposite = |point: PointId| {
-            self.vanishing.iter().any(|&triangle| topology.slot_of(triangle, point).is_some())
+            self.collapsing.iter().any(|&triangle| topology.slot_of(triangle, point).is_some())
         };
         let both = |point: PointId| {
             Some((self.counts[0].get(point.index())?, self.counts[1].get(point.index())?))

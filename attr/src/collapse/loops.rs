@@ -39,7 +39,7 @@ impl Plan {
         // Two triangles an edge, and their other points all different.
         self.find_rim(topology);
         self.rim.sort_unstable();
-        if self.vanishing.len() != 6 || self.rim.len() != 6 || !self.rim.is_sorted_by(|a, b| a < b)
+        if self.collapsing.len() != 6 || self.rim.len() != 6 || !self.rim.is_sorted_by(|a, b| a < b)
         {
             return false;
         }
@@ -66,9 +66,9 @@ impl Plan {
         edges.len() >= 6 && edges.is_sorted_by(|a, b| a < b)
     }
 
-    /// The points that come off with the vanishing triangles: no triangle joins them to the merged point.
+    /// The points that come off with the collapsing triangles: no triangle joins them to the merged point.
     pub(crate) fn tips(&self, topology: &Topology) -> Vec<PointId> {
-        let points = self.vanishing.iter().flat_map(|&triangle| topology.points(triangle));
+        let points = self.collapsing.iter().flat_map(|&triangle| topology.points(triangle));
         let comes_off = |point: &PointId| {
             let stays = |&corner| topology.others(corner).contains(point);
             !self.points.contains(point) && !self.surviving.iter().any(stays)
@@ -79,10 +79,10 @@ impl Plan {
         tips
     }
 
-    /// The points of the vanishing triangles that do not merge.
+    /// The points of the collapsing triangles that do not merge.
     pub(super) fn find_rim(&mut self, topology: &Topology) {
         self.rim.clear();
-        let points = self.vanishing.iter().flat_map(|&triangle| topology.points(triangle));
+        let points = self.collapsing.iter().flat_map(|&triangle| topology.points(triangle));
         self.rim.extend(points.filter(|point| !self.points.contains(point)));
     }
 }

@@ -37,12 +37,12 @@ pub(crate) struct Plan {
     members: Vec<WedgeId>,
     quadrics: Vec<f64>,
     used: Vec<bool>,
-    /// The triangles that vanish, and the corners that survive at any of them with the positions
+    /// The triangles that collapse, and the corners that survive at any of them with the positions
     /// of the other two of their triangles.
-    vanishing: Vec<TriangleId>,
+    collapsing: Vec<TriangleId>,
     surviving: Vec<CornerId>,
     star: Vec<[DVec3; 2]>,
-    /// The points of the vanishing triangles that do not merge, once they are asked for.
+    /// The points of the collapsing triangles that do not merge, once they are asked for.
     rim: Vec<PointId>,
     /// The area that each of them stands for.
     areas: Vec<f64>,
@@ -76,7 +76,7 @@ impl Plan {
             members: Vec::new(),
             quadrics: Vec::new(),
             used: Vec::new(),
-            vanishing: Vec::new(),
+            collapsing: Vec::new(),
             surviving: Vec::new(),
             star: Vec::new(),
             rim: Vec::new(),
@@ -94,7 +94,7 @@ impl Plan {
 
     /// Whether no triangle is left that the collapse would take.
     pub(crate) fn is_void(&self) -> bool {
-        self.vanishing.is_empty()
+        self.collapsing.is_empty()
     }
 
     /// The points that merge, first the one that stays.
@@ -115,7 +115,7 @@ impl Plan {
     /// What collapsing the edge between two points costs at least: by their quadrics, wherever the
     /// merged point goes, or the squared length of the edge if that is to order collapses. Knows no
     /// stars where both points have one wedge: nothing else is in the sum then.
-    pub(crate) fn price(
+    pub(crate) fn cost_lower_bound(
         &mut self,
         topology: &Topology,
         metric: &Metric,
@@ -157,7 +157,7 @@ impl Plan {
         self.unify(topology);
         self.sum(metric);
         let triangles = self.surviving.iter().map(|corner| corner.triangle());
-        let around = triangles.chain(self.vanishing.iter().copied());
+        let around = triangles.chain(self.collapsing.iter().copied());
         let corners = around.map(|t| topology.points(t).map(|point| metric.positions[point]));
         self.volume = if metric.space.keep_volume { Plane::of_equal_volume(corners) } else { None };
     }
@@ -165,7 +165,7 @@ impl Plan {
     fn collect(&mut self, topology: &Topology, metric: &Metric) {
         self.wedges.clear();
         self.wedge_ends.clear();
-        self.vanishing.clear();
+        self.collapsing.clear();
         self.surviving.clear();
         self.star.clear();
         self.slots.clear();
@@ -182,7 +182,7 @@ impl Plan {
                     continue;
                 }
                 if merges(&self.points[at + 1..]) {
-                    self.vanishing.push(corner.triangle());
+                    self.collapsing.push(corner.triangle());
                 } else {
                     self.surviving.push(corner);
                     self.star.push([metric.positions[a], metric.positions[b]]);
@@ -195,7 +195,7 @@ impl Plan {
     /// Joins the wedges of each collapsing triangle, by union-find over the wedges at hand.
     fn unify(&mut self, topology: &Topology) {
         self.sets.reset(self.wedges.len());
-        for &triangle in &self.vanishing {
+        for &triangle in &self.collapsing {
             let mut first = None;
             for (wedge, point) in
                 topology.wedges(triangle).into_iter().zip(topology.points(triangle))
@@ -268,7 +268,7 @@ impl Plan {
     /// saw is not forgotten.
     pub(crate) fn apply(&mut self, topology: &mut Topology, metric: &mut Metric, position: DVec3) {
         self.place_attributes(metric, position);
-        for &triangle in &self.vanishing {
+        for &triangle in &self.collapsing {
             topology.remove(triangle);
         }
         for &corner in &self.surviving {

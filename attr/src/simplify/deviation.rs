@@ -4,7 +4,7 @@
 //! ball, and once all that is cheap is gone or barred whatever is left is taken. Here no step is done
 //! that leaves a point of the reference, the surface as it was when the descent began, farther than a
 //! limit from what is left, or puts a triangle farther than that from the reference; and what recedes at
-//! borders, gets thinner and vanishes may add up to a share of the area.
+//! borders, gets thinner and is removed may add up to a share of the area.
 //!
 //! Each point carries samples of the reference, its points and places spread over its large triangles,
 //! and a bound on how far the surface around it is off: a collapse to x maps the triangles around a and b to
@@ -199,7 +199,7 @@ impl DeviationGuard {
         let around = plan.surviving().iter().flat_map(|&corner| topology.others(corner));
         let around = around.chain(plan.points().iter().copied()).map(|point| self.bounds[point]);
         self.trial.bound = around.fold(0.0, f64::max) + moved;
-        // A collapse moves places, but the tip of a triangle that vanishes may come off.
+        // A collapse moves places, but the tip of a triangle that is removed may come off.
         let tips = plan.tips(topology);
         let is_coarse = self.trial.bound > self.limit || !tips.is_empty();
         // Where triangles are small the surface is smoothed, where they are large it gets thinner.
@@ -319,14 +319,14 @@ impl DeviationGuard {
         contrast
     }
 
-    /// Whether the shell of a point was asked about before, and can't vanish.
+    /// Whether the shell of a point was asked about before, and can't be removed.
     pub(super) fn needs(&self, point: PointId) -> bool {
         self.reference.needs(point)
     }
 
-    /// Whether a shell of so much area that consists of `points` may vanish: what is left of other shells
+    /// Whether a shell of so much area that consists of `points` may be removed: what is left of other shells
     /// is near all that it stands for, and stands for that from then on. If so, it is noted as gone.
-    pub(super) fn lets_vanish(
+    pub(super) fn allows_removal(
         &mut self,
         points: &[PointId],
         area: f64,
@@ -349,7 +349,7 @@ impl DeviationGuard {
             heirs.push(heir);
         }
         self.lost += area;
-        self.reference.vanish(points);
+        self.reference.record_removal(points);
         for &point in points {
             (self.first[point], self.last[point]) = (NONE, NONE);
         }

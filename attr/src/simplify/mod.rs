@@ -211,7 +211,7 @@ impl<'a> Descent<'a> {
             };
             let step = match Item::unpack(packed) {
                 Item::Edge(edge) => self.collapse(edge, queue_slack),
-                Item::Shell(point) => self.vanish(point, queue_slack),
+                Item::Shell(point) => self.remove_shell(point, queue_slack),
                 Item::Pair(pair) => self.join(pair, queue_slack),
                 Item::Loop(edge) => self.close_loop(edge, queue_slack),
             };
@@ -232,20 +232,20 @@ impl<'a> Descent<'a> {
     /// than what waits. Returns how many triangles went.
     fn collapse(&mut self, edge: EdgeId, queue_slack: f64) -> Result<usize, Stop> {
         let Some(points) = self.topology.ends(edge) else { return Ok(0) };
-        let price = self.plan.price(&self.topology, &self.metric, points);
+        let lower_bound = self.plan.cost_lower_bound(&self.topology, &self.metric, points);
         let item = Item::Edge(edge);
-        if self.must_wait(item, price, queue_slack) {
+        if self.must_wait(item, lower_bound, queue_slack) {
             return Ok(0);
         }
         self.plan.set(&self.topology, &self.metric, &points);
-        if self.plan.is_void() { Ok(0) } else { self.merge(item, price, points, queue_slack) }
+        if self.plan.is_void() { Ok(0) } else { self.merge(item, lower_bound, points, queue_slack) }
     }
 
-    /// Does what is planned for two points, or queues the item again. `price` is what it costs at least.
+    /// Does what is planned for two points, or queues the item again. `lower_bound` is what it costs at least.
     fn merge(
         &mut self,
         item: Item,
-        price: f64,
+        lower_bound: f64,
         points: [PointId; 2],
         queue_slack: f64,
     ) -> Result<usize, Stop> {
@@ -260,7 +260,7 @@ impl<'a> Descent<'a> {
         let keeps_topology = self.plan.keeps_topology(&self.topology);
         let legal = cheapest.filter(|_| keeps_topology);
         let Some(best) = legal.and_then(|cheapest| self.best(cheapest)) else {
-            self.reject(price, item, points[0]);
+            self.reject(lower_bound, item, points[0]);
             if let (false, Item::Edge(edge)) = (keeps_topology, item) {
                 self.queue_loop(edge);
             }
@@ -274,9 +274,9 @@ impl<'a> Descent<'a> {
 
     /// Does what is planned, unless it passes the error limit. Returns how many triangles went.
     fn apply(&mut self, Candidate { cost, position }: Candidate) -> Result<usize, Stop> {
-        self.charge(cost, self.plan.weight())?;
+        self.record_error(cost, self.plan.weight())?;
         let (before, kept) = (self.triangles(), self.plan.points()[0]);
-        self.inherit(position);
+        self.pass_on_sources(position);
         if let Some(guard) = &mut self.guard {
             guard.keep(&self.plan);
         }
@@ -307,7 +307,7 @@ impl<'a> Descent<'a> {
     }
 
     /// Raises the error to that of a collapse, unless it passes the limit.
-    fn charge(&mut self, cost: f64, weight: f64) -> Result<(), Stop> {
+    fn record_error(&mut self, cost: f64, weight: f64) -> Result<(), Stop> {
         let error = if weight > 0.0 { (cost / weight).sqrt() } else { 0.0 };
         if error > self.max_error {
             return Err(Stop::ErrorLimit);
@@ -317,7 +317,7 @@ impl<'a> Descent<'a> {
     }
 
     /// Passes on what the merged point and its wedges stand for: the end that lies nearest.
-    fn inherit(&mut self, position: glam::DVec3) {
+    fn pass_on_sources(&mut self, position: glam::DVec3) {
         let distance = |point: PointId| self.metric.positions[point].distance_squared(position);
         let kept = self.plan.points()[0];
         let mut nearer = kept;
@@ -340,11 +340,11 @@ impl<'a> Descent<'a> {
     }
 
     /// Puts an illegal item aside. If its shell is small, the shell's end is queued instead.
-    fn reject(&mut self, price: f64, item: Item, point: PointId) {
+    fn reject(&mut self, lower_bound: f64, item: Item, point: PointId) {
         if let Item::Edge(edge) = item {
             self.aside[edge] = true;
         }
-        self.rejected.push((price, item));
+        self.rejected.push((lower_bound, item));
         self.queue_shell(point);
     }
 
@@ -357,8 +357,8 @@ impl<'a> Descent<'a> {
                 && let Some(points) = self.topology.ends(edge)
                 && !points.iter().any(|&point| self.is_locked(point))
             {
-                let price = self.plan.price(&self.topology, &self.metric, points);
-                self.queue.push(price, Item::Edge(edge).pack());
+                let lower_bound = self.plan.cost_lower_bound(&self.topology, &self.metric, points);
+                self.queue.push(lower_bound, Item::Edge(edge).pack());
             }
         }
     }
@@ -367,13 +367,13 @@ impl<'a> Descent<'a> {
     fn retry_rejected(&mut self) {
         self.retried_at = self.triangles();
         self.is_held_back = false;
-        for (price, item) in self.rejected.drain(..) {
+        for (lower_bound, item) in self.rejected.drain(..) {
             let is_aside = match item {
                 Item::Edge(edge) => std::mem::take(&mut self.aside[edge]),
                 Item::Shell(_) | Item::Pair(_) | Item::Loop(_) => true,
             };
             if is_aside {
-                self.queue.push(price, item.pack());
+                self.queue.push(lower_bound, item.pack());
             }
         }
     }

@@ -104,14 +104,14 @@ impl Descent<'_> {
         if !self.plan.is_void() {
             return Ok(0);
         }
-        let mut price = 0.0;
+        let mut lower_bound = 0.0;
         if self.metric.space.cost == Cost::EdgeLength {
-            price = self.plan.price(&self.topology, &self.metric, points);
-            if self.must_wait(item, price, queue_slack) {
+            lower_bound = self.plan.cost_lower_bound(&self.topology, &self.metric, points);
+            if self.must_wait(item, lower_bound, queue_slack) {
                 return Ok(0);
             }
         }
-        self.merge(item, price, points, queue_slack)
+        self.merge(item, lower_bound, points, queue_slack)
     }
 }
 

@@ -20,8 +20,8 @@ pub(super) struct Reference {
     shells: Vec<u32>,
     /// One per point, sRGB in 0…1, or empty.
     colors: Vec<[f32; 3]>,
-    /// Per point: whether the shell of this name has vanished.
-    vanished: Vec<bool>,
+    /// Per point: whether the shell of this name is removed.
+    removed: Vec<bool>,
     /// Per point: whether the shell of this name was found to be needed.
     needed: Vec<bool>,
 }
@@ -44,7 +44,7 @@ impl Reference {
             surface: OnceLock::new(),
             shells: (0..points as u32).map(|point| sets.root(point)).collect(),
             colors,
-            vanished: vec![false; points],
+            removed: vec![false; points],
             needed: vec![false; points],
         }
     }
@@ -95,27 +95,26 @@ impl Reference {
     fn foot_on_others(&self, p: DVec3, limit: f64, points: &[PointId]) -> Option<Foot> {
         let accept = |triangle: TriangleId| {
             let shell = self.shells[self.triangles[triangle.index()][0] as usize];
-            !self.vanished[shell as usize]
-                && !points.iter().any(|p| self.shells[p.index()] == shell)
+            !self.removed[shell as usize] && !points.iter().any(|p| self.shells[p.index()] == shell)
         };
         self.surface().closest_foot(p, limit, accept)
     }
 
-    /// Notes that the shells of `points` have vanished.
-    pub(super) fn vanish(&mut self, points: &[PointId]) {
+    /// Notes that the shells of `points` are removed.
+    pub(super) fn record_removal(&mut self, points: &[PointId]) {
         for point in points {
-            self.vanished[self.shells[point.index()] as usize] = true;
+            self.removed[self.shells[point.index()] as usize] = true;
         }
     }
 
-    /// Notes that the shells of `points` can't vanish: others only get fewer.
+    /// Notes that the shells of `points` can't be removed: others only get fewer.
     pub(super) fn need(&mut self, points: &[PointId]) {
         for point in points {
             self.needed[self.shells[point.index()] as usize] = true;
         }
     }
 
-    /// Whether the shell of a point can't vanish.
+    /// Whether the shell of a point can't be removed.
     pub(super) fn needs(&self, point: PointId) -> bool {
         self.needed[self.shells[point.index()] as usize]
     }

@@ -9,7 +9,8 @@ use crate::working_mesh::WorkingMesh;
 impl Descent<'_> {
     /// The surface as it stands, with points and wedges among its own that are gone.
     pub(crate) fn into_working_mesh(self) -> WorkingMesh {
-        let rejected = self.rejected.into_iter().map(|(price, item)| (price, item.pack()));
+        let rejected =
+            self.rejected.into_iter().map(|(lower_bound, item)| (lower_bound, item.pack()));
         let waiting = self.queue.into_items().chain(rejected);
         let bounds = triangle_bounds(&self.topology, self.bounds, waiting);
         let (triangles, live, wedge_points) = self.topology.into_parts();

@@ -1,4 +1,4 @@
-//! Shells that are small enough to vanish as a whole.
+//! Shells that are small enough to be removed whole.
 
 use glam::DVec3;
 
@@ -9,7 +9,7 @@ use crate::metric::Metric;
 use crate::options::Cost;
 use crate::topology::Topology;
 
-/// Shells of up to this many triangles may vanish as a whole once none of their edges can
+/// Shells of up to this many triangles may be removed whole once none of their edges can
 /// collapse. A closed shell can't go below four triangles, and a sharp one sticks somewhat above.
 const SMALL: usize = 16;
 
@@ -27,7 +27,7 @@ struct End {
 impl Descent<'_> {
     /// Takes a small shell out, unless it is all there is, holds a locked point or costs more than
     /// what waits.
-    pub(super) fn vanish(&mut self, point: PointId, queue_slack: f64) -> Result<usize, Stop> {
+    pub(super) fn remove_shell(&mut self, point: PointId, queue_slack: f64) -> Result<usize, Stop> {
         let shell = small_shell(&self.topology, point, &mut self.counts);
         let Some(shell) = shell.filter(|s| !s.is_empty() && s.len() < self.triangles()) else {
             return Ok(0);
@@ -47,13 +47,13 @@ impl Descent<'_> {
         let points = points_of(&shell, &self.topology);
         let Self { guard, topology, metric, .. } = self;
         let lets =
-            |guard: &mut DeviationGuard| guard.lets_vanish(&points, end.area, topology, metric);
+            |guard: &mut DeviationGuard| guard.allows_removal(&points, end.area, topology, metric);
         if !guard.as_mut().is_none_or(lets) {
             self.is_held_back = true;
             self.rejected.push((end.cost, Item::Shell(point)));
             return Ok(0);
         }
-        self.charge(end.area * end.radius * end.radius, end.area)?;
+        self.record_error(end.area * end.radius * end.radius, end.area)?;
         for &triangle in &shell {
             self.topology.remove(triangle);
         }
@@ -94,7 +94,7 @@ impl Descent<'_> {
     }
 }
 
-/// The triangles of the shell that `point` belongs to, or `None` if they are too many to vanish.
+/// The triangles of the shell that `point` belongs to, or `None` if they are too many to be removed.
 fn small_shell(topology: &Topology, point: PointId, seen: &mut Marks) -> Option<Vec<TriangleId>> {
     seen.clear();
     seen.set(point.index(), 0);

@@ -10,7 +10,7 @@ use crate::rank::rank_all;
 /// Quadrics are summed anew each time that the surface has shrunk to this share.
 ///
 /// Summed once, they count planes that are long gone several times over, and stay loyal to a shape that
-/// only the polish can bring back. Forgetting everything at each collapse is no better: thin parts wander
+/// only the polish can bring back. Rebuilding them at each collapse is no better: thin parts wander
 /// off. Lab note (`cargo bench --bench quality -- --alone --views 6 --resolution 256 --samples 30000`):
 /// RMS sRGB luminance, RMS distance and RMS color over those of quadrics that are summed once, geometric
 /// mean over four polished levels each of a scanned box, a pan, a gelatin box, a racquet, a helmet and a
@@ -36,7 +36,7 @@ impl Descent<'_> {
     ) -> Option<Stop> {
         loop {
             if self.triangles() < self.source.triangles.len() {
-                self.forget();
+                self.rebuild_quadrics();
             }
             let next = target.max((STEP * self.triangles() as f64) as usize);
             let stopped = self.descend(next, 1.0, removed);
@@ -47,7 +47,7 @@ impl Descent<'_> {
     }
 
     /// Sums the quadrics of the triangles as they lie now, and queues all edges anew.
-    pub(crate) fn forget(&mut self) {
+    pub(crate) fn rebuild_quadrics(&mut self) {
         let topology = &self.topology;
         let all = (0..self.groups.len()).map(TriangleId::new);
         let live: Vec<TriangleId> = all.filter(|&t| topology.is_live(t)).collect();

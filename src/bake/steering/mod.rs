@@ -22,7 +22,7 @@ use values::{check_attribute, material, point_values, points_of};
 /// benches/METRIC.md, where a descent stops.
 pub const MAX_DEVIATION: f64 = 0.025;
 
-/// The share of its area that a surface may lose as borders recede and shells vanish, while the deviation
+/// The share of its area that a surface may lose as borders recede and shells are removed, while the deviation
 /// is limited.
 const MAX_LOST_AREA: f64 = 0.1;
 

@@ -127,7 +127,7 @@ fn shells_in_a_row_do_not_vanish_each_into_the_next() {
     for &p in &mesh.positions {
         assert!(off(&level.mesh, p) <= 0.05, "{p} is {} off", off(&level.mesh, p));
     }
-    assert!(level.mesh.triangles.len() < 40, "some may vanish");
+    assert!(level.mesh.triangles.len() < 40, "some may be removed");
 }
 
 #[test]
