@@ -21,7 +21,7 @@ use std::time::Instant;
 use clap::{Parser, Subcommand};
 use common::build::Build;
 use common::shapes::Shape;
-use common::worn::Pictures;
+use common::textured::Pictures;
 use common::{Baked, transferred};
 use criterion::{Criterion, Throughput};
 use image::{ColorType, RgbImage, imageops::FilterType};
@@ -235,7 +235,7 @@ fn memory(side: u32, rows: usize) {
     let mut build = Build::new();
     let texture = build.texture(&RgbImage::from_fn(side, side, texel).into(), json!({}));
     let material = build.painted(texture);
-    build.wear(&bumpy(rows), material);
+    build.add_shape(&bumpy(rows), material);
     let folder = tempfile::tempdir().expect("a folder");
     let path: PathBuf = folder.path().join("bumpy.glb");
     std::fs::write(&path, build.glb()).expect("a file");

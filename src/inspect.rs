@@ -23,7 +23,7 @@ pub struct Inspection {
     pub total: MeshReport,
     /// The meshes that have triangles.
     pub meshes: Vec<MeshReport>,
-    /// The images that a surface wears, but those that are missing.
+    /// The images that a surface uses, but those that are missing.
     pub atlases: Vec<AtlasReport>,
     /// Materials in the document.
     pub materials: usize,

@@ -1,4 +1,4 @@
-//! Which texels of an asset's images its surfaces wear, and the repair of all others.
+//! Which texels of an asset's images its surfaces use, and the repair of all others.
 
 pub mod charts;
 pub mod seams;
@@ -12,7 +12,7 @@ use seamwise_texture::{
 };
 
 use crate::document::asset::Asset;
-use crate::document::material::{TextureSlot, main_role, material_slots, worn};
+use crate::document::material::{TextureSlot, main_role, material_slots, textures_of};
 use crate::document::primitive::Primitive;
 use crate::error::{Error, Result};
 use crate::image_file::codec::{Encoding, decode, encode_anew};
@@ -31,9 +31,9 @@ pub struct Atlas {
     pub role: Role,
     /// How it is read beyond its edges.
     pub wrap: [Wrap; 2],
-    /// Of all surfaces that wear it.
+    /// Of all surfaces that use it.
     pub charts: Charts,
-    /// Whether points or lines wear it too, of which no chart tells.
+    /// Whether points or lines use it too, of which no chart tells.
     pub beyond_charts: bool,
 }
 
@@ -45,7 +45,7 @@ pub fn atlases(asset: &Asset) -> Result<Vec<Atlas>> {
     Ok(atlas_of_each(asset)?.into_iter().flatten().collect())
 }
 
-/// One per image; `None` if nothing wears it.
+/// One per image; `None` if nothing uses it.
 fn atlas_of_each(asset: &Asset) -> Result<Vec<Option<Atlas>>> {
     let materials = material_slots(asset)?;
     let mut atlases: Vec<Option<Atlas>> = vec![None; asset.count("images")];
@@ -64,7 +64,7 @@ fn add_primitive(
     atlases: &mut [Option<Atlas>],
 ) -> Result<()> {
     let mut seen: Vec<(usize, usize, Affine2)> = Vec::new();
-    for slot in worn(asset, primitive, materials)? {
+    for slot in textures_of(asset, primitive, materials)? {
         let atlas = atlases[slot.image].get_or_insert_with(|| Atlas {
             image: slot.image,
             role: slot.role,
@@ -97,7 +97,7 @@ impl Atlas {
 pub struct ImageRepair {
     /// The image.
     pub image: usize,
-    /// What its texels mean, if a primitive wears it.
+    /// What its texels mean, if a primitive uses it.
     pub role: Option<Role>,
     /// The repair, or why there was none.
     pub result: std::result::Result<Repaired, LeftAlone>,
@@ -130,12 +130,12 @@ impl Repaired {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LeftAlone {
     /// Not even points or lines use it.
-    #[error("nothing wears it")]
+    #[error("no primitive uses it")]
     NotWorn,
     /// No chart tells which texels those read.
-    #[error("points or lines wear it")]
+    #[error("points or lines use it")]
     BeyondCharts,
-    /// What wears it has no UVs, or UVs that are no triangle.
+    /// What uses it has no UVs, or UVs that are no triangle.
     #[error("no chart covers any of it")]
     NoChart,
     /// The asset was read without it.
@@ -283,12 +283,12 @@ mod tests {
     #[test]
     fn each_image_is_repaired_or_left_alone_for_a_reason() {
         let bare = json!({"POSITION": 1});
-        let worn = json!({"POSITION": 1, "TEXCOORD_0": 0});
+        let textured = json!({"POSITION": 1, "TEXCOORD_0": 0});
         let primitives = json!([
-            {"attributes": worn, "material": 0},
+            {"attributes": textured, "material": 0},
             {"attributes": bare, "material": 1},
-            {"attributes": worn, "material": 2},
-            {"attributes": worn, "material": 2, "mode": 0},
+            {"attributes": textured, "material": 2},
+            {"attributes": textured, "material": 2, "mode": 0},
         ]);
         let asset = asset(&primitives, 4);
         let repairs = repair_all(&asset, MemoryLimit::default()).unwrap();

@@ -15,7 +15,7 @@ use seamwise_texture::equalize::Seam;
 
 use super::charts::Charts;
 use crate::document::asset::Asset;
-use crate::document::material::{TextureSlot, material_slots, worn};
+use crate::document::material::{TextureSlot, material_slots, textures_of};
 use crate::document::primitive::Primitive;
 use crate::error::{Error, Result};
 use crate::surface::edges::{Side, same_edge, sides_by_edge};
@@ -62,7 +62,7 @@ fn readings<'a>(
     let mut readings: Vec<Reading<'_>> = Vec::new();
     for primitive in primitives.iter().filter(|primitive| primitive.is_surface()) {
         for &TextureSlot { image, uv_set, transform, role, .. } in
-            worn(asset, primitive, materials)?
+            textures_of(asset, primitive, materials)?
         {
             let key = (image, uv_set, transform);
             let known = readings.iter().position(|r| (r.image, r.uv_set, r.transform) == key);

@@ -29,9 +29,9 @@ use crate::level::textures::LevelTextures;
 use crate::level::{DressedLevel, Undressed};
 use crate::progress::Progress;
 use crate::report::html::{Extras, bake_page};
+use crate::report::level_textures::draw_level_textures;
 use crate::report::pictures::{Gallery, draw_atlases};
 use crate::report::threads::time_threads;
-use crate::report::worn::draw_worn;
 use crate::report::{BakeReport, Seconds, mesh_reports, peak_memory};
 use crate::surface::group::weld_all;
 use crate::transfer::{MaterialTextures, Origin, Plan, TransferOptions, transfer_all};
@@ -146,8 +146,8 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
     if options.report.is_some() {
         let draw = || draw_all(&asset, &levels, &mut cache, progress);
         extras.gallery = Some(clock.time("report", |s| &mut s.report, draw)?);
-        let draw = || draw_worn(&levels, &images, options.reading.memory_limit);
-        extras.worn = clock.time("report", |s| &mut s.report, draw)?;
+        let draw = || draw_level_textures(&levels, &images, options.reading.memory_limit);
+        extras.level_textures = clock.time("report", |s| &mut s.report, draw)?;
     }
     let encode = || {
         let BakeOptions { output, screen, .. } = *options;

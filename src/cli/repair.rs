@@ -35,7 +35,7 @@ pub(crate) struct RepairArgs {
     /// The file to write: .glb for an asset, .exr for an .exr, else any format for pictures.
     #[arg(long, short, value_name = "FILE")]
     pub(crate) output: PathBuf,
-    /// The .glb, .gltf, .obj, .ply or .off that wears the picture: texels in its UV triangles are
+    /// The .glb, .gltf, .obj, .ply or .off that uses the picture: texels in its UV triangles are
     /// valid.
     #[arg(long, value_name = "FILE")]
     mesh: Option<PathBuf>,

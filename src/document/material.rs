@@ -40,7 +40,7 @@ const SOURCES: [&str; 2] = ["EXT_texture_webp", "KHR_texture_basisu"];
 ///
 /// A texture that names an image in an extension, and another in the core for readers without it,
 /// gives two slots, the extension's first: who shows it takes the first slot of a place, who changes
-/// what surfaces wear takes all.
+/// what surfaces use takes all.
 ///
 /// # Errors
 /// [`Error::Invalid`] if a texture, sampler or image that it names is not there;
@@ -206,17 +206,17 @@ pub(crate) fn material_slots(asset: &Asset) -> Result<Vec<Vec<TextureSlot>>> {
     (0..asset.count("materials")).map(|material| slots(asset, material)).collect()
 }
 
-/// Every texture of every material that a primitive may wear.
-pub(crate) fn worn<'a>(
+/// Every texture of every material that a primitive may use.
+pub(crate) fn textures_of<'a>(
     asset: &Asset,
     primitive: &Primitive,
     materials: &'a [Vec<TextureSlot>],
 ) -> Result<Vec<&'a TextureSlot>> {
-    Ok(worn_materials(asset, primitive)?.into_iter().flat_map(|own| &materials[own]).collect())
+    Ok(materials_of(asset, primitive)?.into_iter().flat_map(|own| &materials[own]).collect())
 }
 
-/// Every material that a primitive may wear: its own and those of `KHR_materials_variants`.
-pub(crate) fn worn_materials(asset: &Asset, primitive: &Primitive) -> Result<Vec<usize>> {
+/// Every material that a primitive may use: its own and those of `KHR_materials_variants`.
+pub(crate) fn materials_of(asset: &Asset, primitive: &Primitive) -> Result<Vec<usize>> {
     let at = format!("{}/extensions/KHR_materials_variants/mappings", primitive.at);
     let mappings = asset.json.pointer(&at).and_then(Value::as_array).map_or(0, Vec::len);
     let material = |mapping| asset.reference(&format!("{at}/{mapping}"), "material", "materials");

@@ -1,4 +1,4 @@
-//! Taking out of a document what no level wears any more: materials that others stand for, with the
+//! Taking out of a document what no level uses any more: materials that others stand for, with the
 //! textures and images that only they had.
 //!
 //! What is left moves up. Where an extension that we do not know might refer to one of them by its
@@ -55,7 +55,7 @@ impl Leftovers {
     }
 }
 
-/// Takes out materials that no primitive wears, and what only they had.
+/// Takes out materials that no primitive uses, and what only they had.
 pub(crate) fn prune(packer: &mut Packer, materials: &BTreeSet<usize>) -> Result<()> {
     if materials.is_empty() {
         return Ok(());

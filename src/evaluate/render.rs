@@ -281,8 +281,8 @@ mod tests {
         let noise = |i: usize| (i as u32).wrapping_mul(2_654_435_761) >> 24;
         let data = (0..64 * 64).map(|i| noise(i) as f32 / 255.0).collect();
         let mips = Mips::from_plane(&Plane::from_vec(64, 64, 1, data)).unwrap();
-        let worn = Material { base_color_texture: texture(mips), ..material() };
-        let [coarse, fine] = [1, 40].map(|n| look(&square(n, worn.clone(), tilt), Mode::Lit));
+        let textured = Material { base_color_texture: texture(mips), ..material() };
+        let [coarse, fine] = [1, 40].map(|n| look(&square(n, textured.clone(), tilt), Mode::Lit));
         let difference = Difference::between(&coarse, &fine, &[]);
         assert!(difference.rms() < 1e-5, "{}", difference.rms());
         assert_eq!(difference.overlap(), 1.0);

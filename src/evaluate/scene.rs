@@ -6,7 +6,7 @@ use glam::{Affine2, Vec2, Vec3, Vec4};
 use seamwise_texture::{Mips, Wrap};
 use serde::Serialize;
 
-/// Triangles of a whole scene in world space, with the materials they wear.
+/// Triangles of a whole scene in world space, with the materials they use.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
     /// One per vertex, in metres of the world.
@@ -64,7 +64,7 @@ pub struct Material {
 }
 
 impl Default for Material {
-    /// What a primitive without a material wears (glTF 2.0 §3.9.6).
+    /// What a primitive without a material uses (glTF 2.0 §3.9.6).
     fn default() -> Self {
         Self {
             base_color: Vec4::ONE,

@@ -1,6 +1,6 @@
 //! The band around seams, as a camera sees it: where an atlas that bleeds shows first.
 //!
-//! A seam is an edge whose two triangles wear different materials or disagree in UV, at positions
+//! A seam is an edge whose two triangles use different materials or disagree in UV, at positions
 //! that agree bitwise. A pixel belongs to the band if it sees a triangle with a seam edge from at
 //! most [`BAND`] pixels off: the i-th barycentric is 0 on the edge opposite corner i, so its value
 //! over the length of its gradient on the screen is the distance in pixels, to first order.
@@ -52,17 +52,17 @@ fn seam_edges(scene: &Scene) -> Vec<[bool; 3]> {
     let mut seams = vec![[false; 3]; scene.triangles.len()];
     let sides = sides_by_edge(&scene.triangles, &scene.positions);
     for edge in sides.chunk_by(same_edge) {
-        let first = worn(scene, &edge[0]);
-        if edge.iter().any(|side| worn(scene, side) != first) {
+        let first = side_key(scene, &edge[0]);
+        if edge.iter().any(|side| side_key(scene, side) != first) {
             edge.iter().for_each(|side| seams[side.triangle][side.corner()] = true);
         }
     }
     seams
 }
 
-/// What a triangle's side of an edge wears: its material and the bits of the UVs of both ends in
+/// The material and UVs at a triangle's side of an edge: its material and the bits of the UVs of both ends in
 /// set 0.
-fn worn(scene: &Scene, side: &Side) -> (u32, [[u32; 2]; 2]) {
+fn side_key(scene: &Scene, side: &Side) -> (u32, [[u32; 2]; 2]) {
     let uv = |vertex: usize| scene.uvs[0].get(vertex).copied().unwrap_or_default();
     let bits = |vertex: usize| uv(vertex).to_array().map(|x| (x + 0.0).to_bits());
     let material = scene.triangle_materials.get(side.triangle).copied().unwrap_or_default();

@@ -62,7 +62,7 @@ impl<'a> Shader<'a> {
     }
 }
 
-/// The material a triangle wears; nothing if the scene names none.
+/// The material a triangle uses; nothing if the scene names none.
 pub(super) fn material_of(scene: &Scene, triangle: usize) -> Option<&Material> {
     scene.materials.get(*scene.triangle_materials.get(triangle)? as usize)
 }

@@ -166,7 +166,7 @@ fn add_meshes(
 }
 
 /// The primitives of a mesh with its surface parts replaced; points and lines stay. None at all if a
-/// surface of several meshes has no triangle left in this one. `materials` tells which the level wears
+/// surface of several meshes has no triangle left in this one. `materials` tells which the level uses
 /// instead of the source's, `shared` what a part is made of if its vertices are there already.
 fn level_primitives<'a>(
     packer: &mut Packer,

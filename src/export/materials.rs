@@ -48,8 +48,8 @@ fn add_merged(packer: &mut Packer, textures: &LevelTextures, materials: &mut [us
     }
 }
 
-/// Adds what a level wears beside what the source does: one entry per material of the source, the
-/// material that the level wears instead. `materials` and images of `source` are those of the
+/// Adds the materials and textures of a level beside those of the source: one entry per material of the source, the
+/// material that the level uses instead. `materials` and images of `source` are those of the
 /// document's beginning.
 pub(crate) fn dress_apart(
     packer: &mut Packer,

@@ -36,7 +36,7 @@ pub struct LevelMesh<'a> {
 
 impl<'a> LevelMesh<'a> {
     /// The level of a surface in textures of which there is one entry per part. One that lost nothing
-    /// and wears nothing new is the source itself.
+    /// and has no new texture is the source itself.
     ///
     /// # Errors
     /// [`Error::Internal`](crate::error::Error::Internal) if the level does not belong to the geometry.
@@ -70,11 +70,11 @@ impl<'a> LevelMesh<'a> {
 pub struct DressedLevel<'a> {
     /// One per surface.
     pub meshes: Vec<LevelMesh<'a>>,
-    /// What they wear.
+    /// Their textures.
     pub textures: LevelTextures,
 }
 
-/// Levels that do not wear anything yet.
+/// Levels that have no textures yet.
 pub(crate) struct Undressed<'a> {
     pub(crate) asset: &'a Asset,
     pub(crate) geometries: &'a [Geometry],
@@ -83,7 +83,7 @@ pub(crate) struct Undressed<'a> {
 }
 
 impl<'a> Undressed<'a> {
-    /// All meshes of each level as primitives, with what they wear; as small integers with `compress`.
+    /// All meshes of each level as primitives, with their textures; as small integers with `compress`.
     pub(crate) fn dress(
         &self,
         textures: Vec<LevelTextures>,

@@ -1,11 +1,11 @@
-//! What a level wears, and what that asks of its primitives.
+//! Textures of a level, and what that asks of its primitives.
 
 use serde_json::Value;
 
 use crate::image_file::encoded::EncodedImage;
 use crate::surface::geometry::Geometry;
 
-/// What a level wears.
+/// The textures of a level.
 #[derive(Clone, Debug, Default)]
 pub struct LevelTextures {
     /// One per image of the source.
@@ -18,7 +18,7 @@ pub struct LevelTextures {
     pub relaid: Vec<usize>,
     /// Materials that stand for several.
     pub merged: Vec<MergedMaterial>,
-    /// Images of the source that only materials wear that are merged.
+    /// Images of the source that only materials use that are merged.
     pub left: Vec<usize>,
 }
 

@@ -1,6 +1,6 @@
 //! The repair of a file: every texel that may not be trusted is filled, everything else stays.
 //!
-//! A glTF asset knows which of its texels surfaces wear, and how its samplers read them: see
+//! A glTF asset knows which of its texels surfaces use, and how its samplers read them: see
 //! [`atlas`](crate::atlas). A picture on its own does not. For it, [`RepairOptions`] names what
 //! tells: a mesh, a painted mask, the color of the background. Given several, a texel must pass all
 //! of them. A picture's sampler is not known either: it is taken to repeat, as glTF's default does.

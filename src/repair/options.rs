@@ -14,7 +14,7 @@ use crate::import::options::ReadOptions;
 /// What tells the valid texels of a picture, and what they mean. An asset knows both by itself.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RepairOptions {
-    /// A mesh that wears the picture.
+    /// A mesh that uses the picture.
     pub mesh: Option<MeshOptions>,
     /// A picture of the same size that is bright (luma above one half) where texels are valid.
     pub mask: Option<PathBuf>,
@@ -50,7 +50,7 @@ impl RepairOptions {
     }
 }
 
-/// The mesh that wears a picture: all triangle primitives of a glTF file, wherever its nodes put
+/// The mesh that uses a picture: all triangle primitives of a glTF file, wherever its nodes put
 /// them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MeshOptions {

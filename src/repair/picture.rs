@@ -76,13 +76,13 @@ impl Job<'_> {
         if self.options.equalize.is_none() || self.options.mesh.is_some() {
             return Ok(());
         }
-        let what = "nothing tells where its seams are: give a mesh that wears the picture (--mesh)";
+        let what = "nothing tells where its seams are: give a mesh that uses the picture (--mesh)";
         Err(Error::Options { what: format!("{}: {what}", self.input.display()) })
     }
 
     /// The error that nothing tells which texels are valid.
     pub(super) fn nothing_tells(&self) -> Error {
-        let what = "nothing tells which texels are valid: give a mesh that wears the picture \
+        let what = "nothing tells which texels are valid: give a mesh that uses the picture \
                     (--mesh), a mask (--mask) or the color around its charts (--background)";
         Error::Options { what: format!("{}: {what}", self.input.display()) }
     }

@@ -127,7 +127,7 @@ fn read_charts(
     Ok((charts, seams))
 }
 
-/// The meshes of that name, or that nodes of that name wear; all if there is none.
+/// The meshes of that name, or that nodes of that name use; all if there is none.
 fn chosen_meshes(asset: &Asset, name: Option<&str>) -> Result<Vec<usize>> {
     let meshes = 0..asset.count("meshes");
     let Some(name) = name else {

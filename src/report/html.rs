@@ -8,11 +8,11 @@ use seamwise_texture::Role;
 
 use super::chart::{COLORS, Chart};
 use super::figures::{charts, file_name, series_colors, short_names};
+use super::level_textures::TexturePictures;
 use super::pictures::{AtlasPicture, AtlasPictures, Gallery, Picture};
 use super::table::{COLUMNS, header};
 use super::threads::ThreadTime;
 use super::ticks::grouped;
-use super::worn::WornPictures;
 use super::{BakeReport, CandidateReport, EvaluateReport, Seconds};
 use crate::error::{Error, Result};
 use crate::evaluate::Metrics;
@@ -27,7 +27,7 @@ pub struct Extras {
     /// The atlases, if they were repaired.
     pub atlases: AtlasPictures,
     /// The textures of each level, if levels have any of their own.
-    pub worn: Vec<WornPictures>,
+    pub level_textures: Vec<TexturePictures>,
     /// Wall times of the same bake on 1, 2, … threads, if they were measured.
     pub threads: Vec<ThreadTime>,
 }
@@ -47,7 +47,7 @@ struct Page<'a> {
     legend: Vec<Stop>,
     atlases: Vec<AtlasBlock<'a>>,
     atlas_notes: Vec<String>,
-    worn: &'a [WornPictures],
+    level_textures: &'a [TexturePictures],
     timings: Vec<Bar>,
     peak_memory: Option<String>,
     threads: Vec<Bar>,
@@ -133,7 +133,7 @@ pub fn bake_page(report: &BakeReport, extras: &Extras) -> Result<String> {
         charts: charts(&measured),
         atlases: extras.atlases.shown.iter().map(atlas_block).collect(),
         atlas_notes: atlas_notes(&extras.atlases),
-        worn: &extras.worn,
+        level_textures: &extras.level_textures,
         timings: timing_bars(&report.seconds),
         peak_memory: report.peak_memory_bytes.map(|bytes| format!("{:.0} MB", bytes as f64 / 1e6)),
         threads: thread_bars(&extras.threads),
@@ -226,7 +226,7 @@ impl<'a> Page<'a> {
             legend: legend(),
             atlases: Vec::new(),
             atlas_notes: Vec::new(),
-            worn: &[],
+            level_textures: &[],
             timings: Vec::new(),
             peak_memory: None,
             threads: Vec::new(),

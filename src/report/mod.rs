@@ -5,13 +5,13 @@ mod csv;
 mod farthest;
 mod figures;
 pub mod html;
+pub mod level_textures;
 mod meshes;
 pub mod pictures;
 pub mod repair;
 mod table;
 pub mod threads;
 mod ticks;
-pub mod worn;
 
 use serde::Serialize;
 
@@ -94,7 +94,7 @@ pub struct LevelReport {
     pub error: f64,
     /// Triangle primitives of its meshes.
     pub draw_calls: usize,
-    /// Bytes of the images that it wears, as files.
+    /// Bytes of the images that it uses, as files.
     pub texture_bytes: usize,
     /// Whether the target was reached.
     pub reached: bool,

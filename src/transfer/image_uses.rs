@@ -1,4 +1,4 @@
-//! Who wears which image where.
+//! Who uses which image where.
 
 use seamwise_attr::Mesh;
 use seamwise_texture::transfer::{Face, overlap};
@@ -6,7 +6,7 @@ use seamwise_texture::{Role, Wrap};
 
 use super::layout::{Charts, ImageUse, Shared, SourceReading, faces};
 use crate::document::asset::Asset;
-use crate::document::material::{TextureSlot, main_role, worn};
+use crate::document::material::{TextureSlot, main_role, textures_of};
 use crate::document::primitive::Primitive;
 use crate::error::Result;
 use crate::image_file::encoded::EncodedImage;
@@ -17,8 +17,8 @@ const LOOK: usize = 512;
 /// More than this share of its covered texels at several places, and a layout is not to be told apart.
 const MOST_OVERLAP: f64 = 0.02;
 
-/// Images in sets: two are in one if the same triangles wear both.
-pub(super) fn worn_together(uses: &[Used]) -> Vec<Vec<usize>> {
+/// Images in sets: two are in one if the same triangles use both.
+pub(super) fn used_together(uses: &[Used]) -> Vec<Vec<usize>> {
     type Set = (Vec<usize>, Vec<(usize, u32)>);
     let mut sets: Vec<Set> = Vec::new();
     for (image, used) in uses.iter().enumerate().filter(|(_, used)| !used.charts.is_empty()) {
@@ -45,7 +45,7 @@ pub(super) struct Used {
     pub(super) charts: Vec<Charts>,
     /// One per entry of `charts`.
     pub(super) readings: Vec<SourceReading>,
-    is_worn: bool,
+    is_used: bool,
     is_missing: bool,
     beyond_charts: bool,
     lacks_uvs: bool,
@@ -53,9 +53,9 @@ pub(super) struct Used {
 
 impl Used {
     fn add(&mut self, slot: &TextureSlot) {
-        self.role = if self.is_worn { main_role(self.role, slot.role) } else { slot.role };
+        self.role = if self.is_used { main_role(self.role, slot.role) } else { slot.role };
         self.wrap = slot.wrap;
-        self.is_worn = true;
+        self.is_used = true;
     }
 
     fn add_charts(&mut self, surface: usize, group: u32, slot: &TextureSlot, mesh: &Mesh) {
@@ -88,7 +88,7 @@ impl Used {
 
     /// Why it can't be made anew in any layout.
     pub(super) fn unfit(&self, is_tangled: impl Fn() -> bool) -> Option<Shared> {
-        if !self.is_worn {
+        if !self.is_used {
             Some(Shared::NotWorn)
         } else if self.is_missing {
             Some(Shared::Missing)
@@ -130,7 +130,7 @@ pub(super) fn uses(
     let mut uses: Vec<Used> = asset.images.iter().map(used).collect();
     for mesh in 0..asset.count("meshes") {
         for primitive in Primitive::of_mesh(asset, mesh)?.iter().filter(|p| !p.is_surface()) {
-            for slot in worn(asset, primitive, materials)? {
+            for slot in textures_of(asset, primitive, materials)? {
                 uses[slot.image].add(slot);
                 uses[slot.image].beyond_charts = true;
             }
@@ -138,7 +138,7 @@ pub(super) fn uses(
     }
     for (index, surface) in surfaces.iter().enumerate() {
         for (group, part) in (0..).zip(&surface.parts) {
-            for slot in worn(asset, &part.primitive, materials)? {
+            for slot in textures_of(asset, &part.primitive, materials)? {
                 uses[slot.image].add(slot);
                 uses[slot.image].add_charts(index, group, slot, &surface.welded.mesh);
             }

@@ -1,4 +1,4 @@
-//! Which parts of a mesh become one primitive: those that wear one merged material, and whose vertices
+//! Which parts of a mesh become one primitive: those that use one merged material, and whose vertices
 //! carry the same. Colors are white where a part has none.
 
 use std::collections::BTreeSet;
@@ -44,7 +44,7 @@ impl Joins {
         let mut kinds: Vec<(Kind, Option<(usize, ComponentType)>)> = Vec::new();
         let merged = layouts.iter().enumerate();
         for (at, layout, class) in merged.filter_map(|(at, l)| Some((at, l, l.class.as_ref()?))) {
-            for (charts, &material) in layout.charts.iter().zip(&class.worn) {
+            for (charts, &material) in layout.charts.iter().zip(&class.chart_materials) {
                 let part = &surfaces[charts.surface].parts[charts.group as usize];
                 let kind = Kind::new(asset, part, at);
                 let fits = |(own, color): &(Kind, Option<_>)| {

@@ -40,7 +40,7 @@ pub(crate) struct UvLayout {
 }
 
 impl UvLayout {
-    /// How the source reads what an entry of the charts wears, if that is an image.
+    /// How the source reads what an entry of the charts uses, if that is an image.
     pub(crate) fn reading(&self, chart: usize) -> Option<SourceReading> {
         let images = self.images.iter().filter_map(|own| own.readings[chart]);
         let outputs = self.class.iter().flat_map(|class| &class.outputs);
@@ -55,7 +55,7 @@ pub(crate) struct ImageUse {
     pub(crate) image: usize,
     /// What its texels mean.
     pub(crate) role: Role,
-    /// One per entry of the layout's charts: how the source reads it, if those triangles wear it.
+    /// One per entry of the layout's charts: how the source reads it, if those triangles use it.
     pub(crate) readings: Vec<Option<SourceReading>>,
 }
 
@@ -72,25 +72,25 @@ pub(crate) struct SourceReading {
 /// Why an image is shared by all levels instead of made anew.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum Shared {
-    /// No material that a surface wears names it.
-    #[error("no surface wears it")]
+    /// No material that a surface uses names it.
+    #[error("no surface uses it")]
     NotWorn,
     /// Its file is not there.
     #[error("it is missing")]
     Missing,
     /// No chart tells which texels those read.
-    #[error("points or lines wear it")]
+    #[error("points or lines use it")]
     BeyondCharts,
-    /// What wears it lacks the UVs, or has more sets of them than levels are made of.
-    #[error("what wears it has no UVs for it")]
+    /// What uses it lacks the UVs, or has more sets of them than levels are made of.
+    #[error("what uses it has no UVs for it")]
     NoCharts,
     /// UVs run over the image again and again.
     #[error("its UVs tile")]
     Tiling,
-    /// Texels are worn in more than one place.
-    #[error("{:.0} % of its texels are worn in several places", .0 * 100.0)]
+    /// Texels are used in more than one place.
+    #[error("{:.0} % of its texels are used in several places", .0 * 100.0)]
     Overlap(f64),
-    /// It can't be laid out anew with the other images that the same triangles wear.
+    /// It can't be laid out anew with the other images that the same triangles use.
     #[error("the same triangles read it, or another image with it, in several ways")]
     Tangled,
 }
@@ -131,7 +131,7 @@ pub(crate) struct Class {
     /// The one that stands for all, without its textures.
     pub(crate) json: Value,
     /// One per entry of the layout's charts: its material.
-    pub(crate) worn: Vec<usize>,
+    pub(crate) chart_materials: Vec<usize>,
     pub(crate) outputs: Vec<Folded>,
 }
 

@@ -8,7 +8,7 @@ use serde_json::{Map, Value, json};
 use super::layout::{Class, UvLayout};
 use super::merged_material::{Look, PLACES, layout};
 use crate::document::asset::Asset;
-use crate::document::material::{TextureSlot, worn_materials};
+use crate::document::material::{TextureSlot, materials_of};
 use crate::document::primitive::Primitive;
 use crate::error::Result;
 use crate::surface::geometry::Geometry;
@@ -20,7 +20,7 @@ pub enum Apart {
     #[error("variants put others in its place")]
     Variants,
     /// No chart tells which texels those read.
-    #[error("points or lines wear it")]
+    #[error("points or lines use it")]
     BeyondCharts,
     /// Channels of an animation point to it.
     #[error("an animation changes it")]
@@ -31,8 +31,8 @@ pub enum Apart {
     /// An image file is not there.
     #[error("one of its images is missing")]
     Missing,
-    /// What wears it lacks the UVs, or has more sets of them than levels are made of.
-    #[error("what wears it has no UVs for it")]
+    /// What uses it lacks the UVs, or has more sets of them than levels are made of.
+    #[error("what uses it has no UVs for it")]
     NoCharts,
     /// No other has its alpha mode, cutoff, sides and extensions.
     #[error("no other agrees with it in alpha mode, sides and extensions")]
@@ -44,7 +44,7 @@ pub enum Apart {
 pub(crate) struct Merging {
     /// A layout for each merged material.
     pub(crate) layouts: Vec<UvLayout>,
-    /// Why a material that surfaces wear is not merged.
+    /// Why a material that surfaces use is not merged.
     pub(crate) apart: BTreeMap<usize, Apart>,
 }
 
@@ -89,12 +89,12 @@ impl Merging {
     }
 }
 
-/// Surfaces and groups by the material that they wear.
+/// Surfaces and groups by the material that they use.
 fn wearers(asset: &Asset, surfaces: &[Geometry]) -> Result<BTreeMap<usize, Vec<(usize, u32)>>> {
     let mut wearers: BTreeMap<usize, Vec<(usize, u32)>> = BTreeMap::new();
     for (index, surface) in surfaces.iter().enumerate() {
         for (group, part) in (0..).zip(&surface.parts) {
-            for material in worn_materials(asset, &part.primitive)? {
+            for material in materials_of(asset, &part.primitive)? {
                 let groups = wearers.entry(material).or_default();
                 if groups.last() != Some(&(index, group)) {
                     groups.push((index, group));
@@ -111,13 +111,13 @@ fn fixed(asset: &Asset, surfaces: &[Geometry]) -> Result<BTreeMap<usize, Apart>>
     animated(asset.json.get("animations").unwrap_or(&Value::Null), &mut fixed);
     for mesh in 0..asset.count("meshes") {
         for own in Primitive::of_mesh(asset, mesh)?.iter().filter(|own| !own.is_surface()) {
-            fixed.extend(worn_materials(asset, own)?.into_iter().map(|m| (m, Apart::BeyondCharts)));
+            fixed.extend(materials_of(asset, own)?.into_iter().map(|m| (m, Apart::BeyondCharts)));
         }
     }
     for part in surfaces.iter().flat_map(|surface| &surface.parts) {
-        let worn = worn_materials(asset, &part.primitive)?;
-        if worn.len() > 1 {
-            fixed.extend(worn.into_iter().map(|material| (material, Apart::Variants)));
+        let materials = materials_of(asset, &part.primitive)?;
+        if materials.len() > 1 {
+            fixed.extend(materials.into_iter().map(|material| (material, Apart::Variants)));
         }
     }
     Ok(fixed)

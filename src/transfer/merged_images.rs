@@ -27,15 +27,15 @@ pub(super) fn side(texels: impl Iterator<Item = Option<f64>>) -> usize {
 }
 
 /// Texels per length of each entry of a layout's charts, over the most of them: as dense as its
-/// material's images are, over the area that wears it. `areas` has one per entry, and so has `texels`,
+/// material's images are, over the area that uses it. `areas` has one per entry, and so has `texels`,
 /// with `None` where there are no textures: such are as the least dense of all.
-pub(super) fn densities(worn: &[usize], areas: &[f64], texels: &[Option<f64>]) -> Vec<f64> {
+pub(super) fn densities(materials: &[usize], areas: &[f64], texels: &[Option<f64>]) -> Vec<f64> {
     let density = |at: usize| {
-        let own = areas.iter().zip(worn).filter(|(_, other)| **other == worn[at]);
+        let own = areas.iter().zip(materials).filter(|(_, other)| **other == materials[at]);
         let density = (texels[at]? / own.map(|(area, _)| area).sum::<f64>()).sqrt();
         density.is_finite().then_some(density)
     };
-    let densities: Vec<Option<f64>> = (0..worn.len()).map(density).collect();
+    let densities: Vec<Option<f64>> = (0..materials.len()).map(density).collect();
     let known = || densities.iter().flatten().copied();
     let most = known().fold(0.0, f64::max);
     let least = known().fold(f64::INFINITY, f64::min).min(most);

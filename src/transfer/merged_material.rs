@@ -30,7 +30,7 @@ pub(super) struct Look<'a> {
     pub(super) json: Material,
     /// One per place.
     pub(super) slots: [Option<&'a TextureSlot>; 5],
-    /// The surfaces and groups that wear it.
+    /// The surfaces and groups that use it.
     pub(super) groups: Vec<(usize, u32)>,
 }
 
@@ -83,7 +83,7 @@ impl Look<'_> {
 
 /// The layout and the material of a class.
 pub(super) fn layout(mut json: Value, looks: &[Look<'_>], surfaces: &[Geometry]) -> UvLayout {
-    let (mut charts, mut worn) = (Vec::new(), Vec::new());
+    let (mut charts, mut chart_looks) = (Vec::new(), Vec::new());
     for (index, look) in looks.iter().enumerate() {
         let anew = |&(surface, group): &(usize, u32)| Charts {
             surface,
@@ -92,10 +92,10 @@ pub(super) fn layout(mut json: Value, looks: &[Look<'_>], surfaces: &[Geometry])
             transform: Affine2::IDENTITY,
         };
         charts.extend(look.groups.iter().map(anew));
-        worn.extend(look.groups.iter().map(|_| index));
+        chart_looks.extend(look.groups.iter().map(|_| index));
     }
     let is_unlit = json.pointer("/extensions/KHR_materials_unlit").is_some();
-    let mut class = Fold { looks, worn: &worn, json: &mut json, outputs: Vec::new() };
+    let mut class = Fold { looks, chart_looks: &chart_looks, json: &mut json, outputs: Vec::new() };
     class.base_color();
     if !is_unlit {
         class.surface();
@@ -105,13 +105,13 @@ pub(super) fn layout(mut json: Value, looks: &[Look<'_>], surfaces: &[Geometry])
     let outputs = class.outputs;
     json["name"] = json!("merged");
     let materials: Vec<usize> = looks.iter().map(|look| look.material).collect();
-    let worn = worn.into_iter().map(|index| materials[index]).collect();
+    let chart_materials = chart_looks.into_iter().map(|index| materials[index]).collect();
     UvLayout {
         charts,
         wrap: [Wrap::Clamp; 2],
         images: Vec::new(),
         is_new: true,
-        class: Some(Class { materials, json, worn, outputs }),
+        class: Some(Class { materials, json, chart_materials, outputs }),
     }
 }
 
@@ -119,7 +119,7 @@ pub(super) fn layout(mut json: Value, looks: &[Look<'_>], surfaces: &[Geometry])
 struct Fold<'a> {
     looks: &'a [Look<'a>],
     /// One per entry of the layout's charts: its look.
-    worn: &'a [usize],
+    chart_looks: &'a [usize],
     json: &'a mut Value,
     outputs: Vec<Folded>,
 }
@@ -140,7 +140,7 @@ impl<'a> Fold<'a> {
         (role, channels): (Role, usize),
         reading: impl Fn(&Look<'_>) -> FoldedReading,
     ) {
-        let readings = self.worn.iter().map(|&index| reading(&self.looks[index])).collect();
+        let readings = self.chart_looks.iter().map(|&index| reading(&self.looks[index])).collect();
         let places = places.to_vec();
         self.outputs.push(Folded { places, role, channels, readings, is_gained: false });
     }

@@ -30,7 +30,7 @@ use rayon::prelude::*;
 use seamwise_attr::{Level, Mesh};
 use seamwise_texture::transfer::{Pair, Source};
 
-use crate::document::material::worn_materials;
+use crate::document::material::materials_of;
 use crate::document::prune::Leftovers;
 use crate::error::{Error, Result};
 use crate::level::textures::LevelTextures;
@@ -46,7 +46,7 @@ pub use outcomes::{Fate, MaterialTextures, TextureFate};
 pub(crate) use plan::Plan;
 use relayout::relay;
 use sampling::{Tags, level_tags, source_tags, sources};
-use sheet::{Made, Sheet, Worn, sheets};
+use sheet::{LevelSurfaces, Made, Sheet, sheets};
 pub use sizes::Sizes;
 use sizes::{Share, Yardstick, fit, halved};
 
@@ -79,17 +79,17 @@ pub(crate) fn transfer_all(
     let sheets = sheets(origin, plan, options)?;
     let mut sizes = first_sizes(&sheets, &yardstick, surfaces, options.sizes);
     let relaid = relay_all(&sheets, &mut sizes, chains, (&yardstick, surfaces))?;
-    let worn = meshes_by_level(relaid.as_deref().unwrap_or(chains));
+    let level_meshes = meshes_by_level(relaid.as_deref().unwrap_or(chains));
     let sets = plan.level_sets(surfaces, |_| options.bake_normals != BakeNormals::Off);
-    let tags: Vec<Vec<Tags>> = (0..worn.len())
+    let tags: Vec<Vec<Tags>> = (0..level_meshes.len())
         .map(|level| {
             let levels: Vec<&Level> = chains.iter().map(|chain| &chain[level]).collect();
-            level_tags(surfaces, &levels, &worn[level], &sets)
+            level_tags(surfaces, &levels, &level_meshes[level], &sets)
         })
         .collect::<Result<_>>()?;
-    let levels = (0..worn.len())
-        .map(|level| Worn {
-            meshes: worn[level].clone(),
+    let levels = (0..level_meshes.len())
+        .map(|level| LevelSurfaces {
+            meshes: level_meshes[level].clone(),
             pairs: pairs(&sources, &meshes[level], &tags[level]),
         })
         .collect();
@@ -181,7 +181,7 @@ struct Stage<'a> {
     origin: &'a Origin<'a>,
     yardstick: Yardstick,
     sheets: Vec<Sheet<'a>>,
-    levels: Vec<Worn<'a>>,
+    levels: Vec<LevelSurfaces<'a>>,
     options: &'a TransferOptions,
     progress: &'a Progress,
 }
@@ -238,12 +238,12 @@ impl Stage<'_> {
                 }
                 let originals = sheet.originals(self.origin)?;
                 let one = |level: usize| {
-                    let (worn, size) = (&self.levels[level], sizes[level]);
+                    let (surfaces, size) = (&self.levels[level], sizes[level]);
                     self.progress.check("transfer")?;
                     if is_old(&before, level, size) {
                         return Ok(before[level].clone());
                     }
-                    sheet.make(self.origin, &originals, (worn, size), self.options, rows)
+                    sheet.make(self.origin, &originals, (surfaces, size), self.options, rows)
                 };
                 let levels: Vec<usize> = (0..self.levels.len()).collect();
                 let some = |levels: &[usize]| levels.par_iter().map(|&level| one(level)).collect();
@@ -276,7 +276,7 @@ impl Stage<'_> {
         Ok(shares)
     }
 
-    /// What each level wears.
+    /// The textures of each level.
     fn dress(&self, plan: &Plan, made: Vec<Vec<Made>>) -> Result<Vec<LevelTextures>> {
         let surfaces = self.origin.surfaces;
         let shared = LevelTextures::shared(self.origin.images, surfaces);
@@ -311,7 +311,7 @@ impl Stage<'_> {
                 let part = &surfaces[charts.surface].parts[charts.group as usize];
                 level.parts[charts.surface][charts.group as usize].is_relaid = true;
                 if layout.class.is_none() {
-                    level.relaid.extend(worn_materials(self.origin.asset, &part.primitive)?);
+                    level.relaid.extend(materials_of(self.origin.asset, &part.primitive)?);
                 }
             }
         }

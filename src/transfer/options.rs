@@ -10,7 +10,7 @@ pub enum Atlas {
     /// Where the source's are; images whose layout tiles or overlaps stay shared.
     #[default]
     Keep,
-    /// In an atlas of their own, one for each set of images that the same triangles wear.
+    /// In an atlas of their own, one for each set of images that the same triangles use.
     New,
     /// The same, with materials merged into one where an atlas holds all that they differ in.
     Merged,

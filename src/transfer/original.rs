@@ -17,7 +17,7 @@ pub(crate) struct Origin<'a> {
     pub(crate) surfaces: &'a [Geometry],
     /// What became of each image in a repair, by which charts are read up to their rims.
     pub(crate) repairs: &'a [ImageRepair],
-    /// The same as files: what a level wears of images that are not made anew.
+    /// The same as files: what a level uses of images that are not made anew.
     pub(crate) images: &'a [EncodedImage],
     pub(crate) screen: Screen,
     pub(crate) limit: MemoryLimit,

@@ -22,7 +22,7 @@ pub struct MaterialTextures {
     /// All materials that it is merged with, itself among them.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub merged: Vec<usize>,
-    /// Why it, or a primitive that wears it, stays by itself, if materials are to be merged.
+    /// Why it, or a primitive that uses it, stays by itself, if materials are to be merged.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub apart: Option<String>,
 }

@@ -5,13 +5,13 @@ use std::collections::BTreeMap;
 use glam::Affine2;
 use seamwise_texture::Role;
 
-use super::image_uses::{Used, uses, worn_together};
+use super::image_uses::{Used, used_together, uses};
 use super::join_primitives::Joins;
 use super::layout::{Charts, Class, ImageUse, NewNormals, Shared, UvLayout};
 use super::merge_materials::{Apart, Merging};
 use super::options::Atlas;
 use crate::document::asset::Asset;
-use crate::document::material::{TextureSlot, material_slots, worn_materials};
+use crate::document::material::{TextureSlot, material_slots, materials_of};
 use crate::error::Result;
 use crate::surface::geometry::Geometry;
 
@@ -34,7 +34,7 @@ impl Plan {
         self.layouts.iter().filter_map(|layout| layout.class.as_ref())
     }
 
-    /// Looks at who wears which image where.
+    /// Looks at who uses which image where.
     pub(crate) fn new(asset: &Asset, surfaces: &[Geometry], atlas: Atlas) -> Result<Self> {
         let mut slots = material_slots(asset)?;
         let mut merging = Merging::default();
@@ -88,11 +88,11 @@ impl Plan {
         }
     }
 
-    /// Images that triangles wear together, in one new layout each.
+    /// Images that triangles use together, in one new layout each.
     fn anew(uses: &[Used]) -> Self {
         let shared = uses.iter().map(|used| used.unfit(|| used.is_tangled())).collect();
         let mut plan = Self { shared, ..Self::default() };
-        for images in worn_together(uses) {
+        for images in used_together(uses) {
             if images.iter().any(|&image| plan.shared[image].is_some()) {
                 for image in images {
                     plan.shared[image].get_or_insert(Shared::Tangled);
@@ -144,7 +144,7 @@ impl Plan {
             for own in own {
                 let part = &surfaces[own.surface].parts[own.group as usize];
                 let normals = surfaces[own.surface].welded.mesh.layout.normal;
-                if normals && worn_materials(asset, &part.primitive)?.contains(&material) {
+                if normals && materials_of(asset, &part.primitive)?.contains(&material) {
                     charts.push(*own);
                 }
             }

@@ -37,18 +37,18 @@ pub(super) fn source_tags(
     surfaces.par_iter().zip(sets).map(of).collect()
 }
 
-/// Those of a level of each surface. `worn` are the same in the layout that the level has in the end.
+/// Those of a level of each surface. `laid_out` are the same in the layout that the level has in the end.
 pub(super) fn level_tags(
     surfaces: &[Geometry],
     levels: &[&Level],
-    worn: &[&Mesh],
+    laid_out: &[&Mesh],
     sets: &[Sets],
 ) -> Result<Vec<Tags>> {
     let of = |index: usize| {
         let (level, charts) = (levels[index], wedge_charts(&surfaces[index].welded.mesh));
         let chart = |wedges: &[WedgeId; 3]| charts[level.wedge_sources[wedges[0].index()].index()];
         let charts = level.mesh.triangles.iter().map(chart).collect();
-        Ok(Tags { tangents: mesh_tangents(worn[index], &sets[index])?, charts })
+        Ok(Tags { tangents: mesh_tangents(laid_out[index], &sets[index])?, charts })
     };
     (0..surfaces.len()).into_par_iter().map(of).collect()
 }

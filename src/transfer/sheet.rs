@@ -26,8 +26,8 @@ use crate::surface::geometry::Geometry;
 /// Levels gain a normal map for a loss of shading from this RMS angle on, in degrees.
 const LOST: f64 = 1.0;
 
-/// A level as it is worn.
-pub(super) struct Worn<'a> {
+/// The surfaces of a level, with its textures' UVs.
+pub(super) struct LevelSurfaces<'a> {
     /// One per surface.
     pub(super) meshes: Vec<&'a Mesh>,
     /// The same with their sources.
@@ -99,7 +99,7 @@ pub(super) fn sheets<'a>(
 fn merged_sheet<'a>(origin: &Origin<'_>, layout: &'a UvLayout, class: &Class) -> Result<Sheet<'a>> {
     let mut most: FxHashMap<usize, f64> = FxHashMap::default();
     for output in &class.outputs {
-        for (material, folded) in class.worn.iter().zip(&output.readings) {
+        for (material, folded) in class.chart_materials.iter().zip(&output.readings) {
             let Some((image, _)) = folded.source else { continue };
             let [width, height] = header_size(&origin.asset.images[image], image, origin.limit)?;
             let most = most.entry(*material).or_default();
@@ -108,7 +108,7 @@ fn merged_sheet<'a>(origin: &Origin<'_>, layout: &'a UvLayout, class: &Class) ->
     }
     let of = |material: &usize| most.get(material).copied();
     let side = merged_images::side(class.materials.iter().map(of));
-    let texels = class.worn.iter().map(of).collect();
+    let texels = class.chart_materials.iter().map(of).collect();
     Ok(Sheet { layout, size: [side; 2], texels, images: Vec::new(), normals: Vec::new() })
 }
 
@@ -168,9 +168,9 @@ impl Sheet<'_> {
     /// Texels per length of each entry of the charts; all 1 if it is empty.
     pub(super) fn densities(&self, yardstick: &Yardstick, surfaces: &[Geometry]) -> Vec<f64> {
         let Some(class) = &self.layout.class else { return Vec::new() };
-        let area = |charts| yardstick.worn_area(surfaces, std::slice::from_ref(charts));
+        let area = |charts| yardstick.used_area(surfaces, std::slice::from_ref(charts));
         let areas: Vec<f64> = self.layout.charts.iter().map(area).collect();
-        merged_images::densities(&class.worn, &areas, &self.texels)
+        merged_images::densities(&class.chart_materials, &areas, &self.texels)
     }
 
     /// Makes the images for one level, `size` texels large. `rows` counts those that are done.
@@ -178,7 +178,7 @@ impl Sheet<'_> {
         &self,
         origin: &Origin<'_>,
         originals: &[Original],
-        (worn, size): (&Worn<'_>, [usize; 2]),
+        (level, size): (&LevelSurfaces<'_>, [usize; 2]),
         options: &TransferOptions,
         rows: &AtomicUsize,
     ) -> Result<Made> {
@@ -189,8 +189,8 @@ impl Sheet<'_> {
             Some(class) => merged_images::outputs(class, originals, gains),
             None => self.outputs(originals),
         };
-        let faces = faces(&self.layout.charts, &worn.meshes);
-        let (pairs, faces, outputs) = (&worn.pairs[..], &faces[..], &outputs[..]);
+        let faces = faces(&self.layout.charts, &level.meshes);
+        let (pairs, faces, outputs) = (&level.pairs[..], &faces[..], &outputs[..]);
         let job = Job { pairs, faces, size, wrap, is_in_place, outputs };
         let Transferred { images, normal_degrees_rms } =
             transfer(&job, rows).map_err(Error::internal)?;

@@ -7,7 +7,7 @@
 //!
 //! Where a budget of bytes asks for less, the halving that loses least per byte comes first: lost is
 //! the square of what the texels differ from the mean in the next mip level, by the share of the
-//! asset's surface that wears the image.
+//! asset's surface that uses the image.
 
 use glam::DVec3;
 use seamwise_attr::{Mesh, area_vector};
@@ -109,18 +109,18 @@ impl Yardstick {
     ) -> u32 {
         let covered = if layout.is_new { PACKED } else { covered(surfaces, &layout.charts) };
         let texels = covered * size[0] as f64 * size[1] as f64;
-        let density = (texels / self.worn_area(surfaces, &layout.charts)).sqrt();
+        let density = (texels / self.used_area(surfaces, &layout.charts)).sqrt();
         let halvings = (density * self.diagonal / self.pixels[level]).log2().floor();
         if halvings > 0.0 { halvings.min(32.0) as u32 } else { 0 }
     }
 
     /// The share of the asset's surface that charts lie on.
     pub(super) fn share(&self, surfaces: &[Geometry], charts: &[Charts]) -> f64 {
-        self.worn_area(surfaces, charts) / self.areas.iter().sum::<f64>()
+        self.used_area(surfaces, charts) / self.areas.iter().sum::<f64>()
     }
 
     /// The area in the scene that charts lie on.
-    pub(super) fn worn_area(&self, surfaces: &[Geometry], charts: &[Charts]) -> f64 {
+    pub(super) fn used_area(&self, surfaces: &[Geometry], charts: &[Charts]) -> f64 {
         let of = |charts: &Charts| {
             let own = area(&surfaces[charts.surface].welded.mesh, |group| group == charts.group);
             own * self.stretches[charts.surface].powi(2)

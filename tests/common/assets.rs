@@ -35,7 +35,7 @@ pub(crate) fn picture(size: u32) -> RgbaImage {
     })
 }
 
-/// A shape that wears `picture`.
+/// A shape that uses `picture`.
 pub(crate) fn textured(shape: &Shape, picture: &RgbaImage) -> Build {
     let mut build = Build::new();
     let material = build.textured(picture);

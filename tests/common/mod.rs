@@ -12,8 +12,8 @@ pub(crate) mod output;
 pub(crate) mod pose;
 pub(crate) mod rigs;
 pub(crate) mod shapes;
+pub(crate) mod textured;
 pub(crate) mod tiffs;
-pub(crate) mod worn;
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc;

@@ -8,7 +8,7 @@ use seamwise::atlas::charts::Charts;
 use seamwise::document::primitive::Primitive;
 use seamwise_texture::{Validity, Wrap};
 
-/// The lightmaps of a room and the names of the meshes that wear them.
+/// The lightmaps of a room and the names of the meshes that use them.
 const LIGHTMAPS: [(&str, &str); 3] =
     [("Box", "cornell_box"), ("Large", "large_box"), ("Small", "small.box")];
 
@@ -20,8 +20,8 @@ fn covered(file: &Path, name: &str, [width, height]: [usize; 2]) -> Validity {
         objects.filter(|(_, object)| object["name"] == name).collect::<Vec<_>>()
     };
     let nodes = of_name("nodes");
-    let worn = nodes.iter().filter_map(|(_, node)| node["mesh"].as_u64()).map(|mesh| mesh as usize);
-    let meshes = of_name("meshes").into_iter().map(|(mesh, _)| mesh).chain(worn);
+    let used = nodes.iter().filter_map(|(_, node)| node["mesh"].as_u64()).map(|mesh| mesh as usize);
+    let meshes = of_name("meshes").into_iter().map(|(mesh, _)| mesh).chain(used);
     let mut charts = Charts::default();
     for mesh in meshes {
         for primitive in Primitive::of_mesh(&asset, mesh).expect("primitives") {

@@ -28,4 +28,4 @@ mod steering;
 mod tiles;
 mod transfer;
 mod transfer_shape;
-mod transfer_worn;
+mod transfer_users;

@@ -231,9 +231,9 @@ fn a_helmet_of_four_materials_wears_one_and_looks_the_same() {
     let level = merged.level(1);
     // Of the other two, one has two sides, and one is glass.
     assert_eq!(level.gltf.materials().len(), 3);
-    let worn: Vec<_> = (0..6).map(|mesh| level.parts(mesh)).collect();
-    assert!(worn.iter().all(|parts| parts.len() == 1), "a draw call for each mesh");
-    assert_eq!(worn.iter().filter(|parts| parts[0].material == Some(2)).count(), 4);
+    let used: Vec<_> = (0..6).map(|mesh| level.parts(mesh)).collect();
+    assert!(used.iter().all(|parts| parts.len() == 1), "a draw call for each mesh");
+    assert_eq!(used.iter().filter(|parts| parts[0].material == Some(2)).count(), 4);
     assert_eq!(level.gltf.images().len(), 9);
     let off = difference(&apart.level_path(1), &merged.level_path(1));
     println!("{off} from the level that is not merged");

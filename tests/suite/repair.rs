@@ -306,8 +306,9 @@ fn assets_and_lightmaps_are_scaled_with_all_they_hold() {
 
     let light = room.with_file_name("CornellBox-Box.exr");
     let output = folder.path().join("half.exr");
-    let wear = ["--mesh", room.to_str().unwrap(), "--uv-set", "1", "--mesh-name", "cornell_box"];
-    repair(&light, &output, &[&wear[..], &["--scale", "1/2"]].concat()).unwrap();
+    let with_mesh =
+        ["--mesh", room.to_str().unwrap(), "--uv-set", "1", "--mesh-name", "cornell_box"];
+    repair(&light, &output, &[&with_mesh[..], &["--scale", "1/2"]].concat()).unwrap();
     let [before, after] =
         [&light, &output].map(|path| read_all_flat_layers_from_file(path).unwrap());
     let sizes =

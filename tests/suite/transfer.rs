@@ -1,10 +1,10 @@
 //! Textures made anew from the source's surface, from the outside: an asset in its own place keeps
-//! what it wears.
+//! its textures.
 
 use crate::common::build::Build;
 use crate::common::output::Output;
 use crate::common::shapes::{self, Shape};
-use crate::common::worn::{Pictures, bumps, covered_texels, share_alike};
+use crate::common::textured::{Pictures, bumps, covered_texels, share_alike};
 use crate::common::{Baked, shared_assets, transferred};
 use glam::{Vec2, Vec3};
 use image::DynamicImage;
@@ -14,7 +14,7 @@ use seamwise::transfer::BakeNormals;
 use seamwise_attr::{TangentInput, compute_tangents};
 use serde_json::{Value, json};
 
-/// Texels along each side of what the small assets wear.
+/// Texels along each side of what the small assets use.
 const SIZE: u32 = 96;
 
 /// The level is the source: all its triangles, at the full size.
@@ -23,18 +23,18 @@ fn identity() -> BakeOptions {
 }
 
 /// An asset, and how its charts lie in its images.
-struct Worn {
+struct Textured {
     build: Build,
     shape: Shape,
 }
 
-impl Worn {
+impl Textured {
     /// A torus, all of whose chart is read, in a material of noise.
     fn new(pictures: &Pictures, info: &Value) -> Self {
         let shape = shapes::torus(40, 20);
         let mut build = Build::new();
-        let material = build.worn(pictures, &json!({}), info);
-        build.wear(&shape, material);
+        let material = build.textured_material(pictures, &json!({}), info);
+        build.add_shape(&shape, material);
         Self { build, shape }
     }
 
@@ -86,33 +86,33 @@ fn mikk_tangents(shape: &Shape) -> Vec<[f32; 4]> {
 #[test]
 fn an_asset_in_its_own_place_keeps_every_image() {
     let noise = Pictures::noise(SIZE);
-    Worn::new(&noise, &json!({})).assert_unchanged("no tangents");
+    Textured::new(&noise, &json!({})).assert_unchanged("no tangents");
 
-    let mut own = Worn::new(&noise, &json!({}));
+    let mut own = Textured::new(&noise, &json!({}));
     let tangents = own.build.floats(&mikk_tangents(&own.shape));
     own.attribute("TANGENT", tangents);
     own.assert_unchanged("tangents");
 
-    Worn::new(&noise.clone().in_16_bits(), &json!({})).assert_unchanged("16 bits");
+    Textured::new(&noise.clone().in_16_bits(), &json!({})).assert_unchanged("16 bits");
 
     let mut alpha = noise.clone();
     let mut seen = alpha.base.to_rgba8();
     seen.enumerate_pixels_mut().for_each(|(x, y, texel)| texel.0[3] = (x * 5 + y * 3) as u8);
     alpha.base = seen.into();
-    let mut own = Worn::new(&alpha, &json!({}));
+    let mut own = Textured::new(&alpha, &json!({}));
     own.build.json["materials"][0]["alphaMode"] = json!("BLEND");
     own.assert_unchanged("alpha");
 
     let images = [&noise.base, &noise.data].map(|image| image.to_luma8().into());
     let [base, data] = images;
-    Worn::new(&Pictures { base, data, ..noise }, &json!({})).assert_unchanged("gray");
+    Textured::new(&Pictures { base, data, ..noise }, &json!({})).assert_unchanged("gray");
 }
 
 #[test]
 fn an_asset_in_its_own_place_keeps_every_image_wherever_its_charts_lie() {
     let noise = Pictures::noise(SIZE);
 
-    let mut second = Worn::new(&noise, &json!({"texCoord": 1}));
+    let mut second = Textured::new(&noise, &json!({"texCoord": 1}));
     let uvs = second.build.floats(&second.shape.uvs);
     let unlike: Vec<[f32; 2]> = second.shape.uvs.iter().map(|uv| [0.3 * uv[1], uv[0]]).collect();
     let unlike = second.build.floats(&unlike);
@@ -123,7 +123,7 @@ fn an_asset_in_its_own_place_keeps_every_image_wherever_its_charts_lie() {
     let (offset, turn, scale) = ([0.3f32, 0.9], 0.4f32, [0.7f32, 0.6]);
     let transform = json!({"offset": offset, "rotation": turn, "scale": scale});
     let info = json!({"extensions": {"KHR_texture_transform": transform}});
-    let mut turned = Worn::new(&noise, &info);
+    let mut turned = Textured::new(&noise, &info);
     turned.build.json["extensionsUsed"] = json!(["KHR_texture_transform"]);
     for uv in &mut turned.shape.uvs {
         let ([u, v], (sin, cos)) = ([uv[0] * scale[0], uv[1] * scale[1]], turn.sin_cos());
@@ -132,7 +132,7 @@ fn an_asset_in_its_own_place_keeps_every_image_wherever_its_charts_lie() {
     turned.assert_unchanged("a transform");
 
     for by in [[0.5, 0.0], [0.37, -2.21], [-0.5, 3.4], [20.3, -31.0]] {
-        let mut wrapped = Worn::new(&noise, &json!({}));
+        let mut wrapped = Textured::new(&noise, &json!({}));
         wrapped.shape = wrapped.shape.uv_moved(by);
         let uvs = wrapped.build.floats(&wrapped.shape.uvs);
         wrapped.attribute("TEXCOORD_0", uvs);
@@ -143,7 +143,7 @@ fn an_asset_in_its_own_place_keeps_every_image_wherever_its_charts_lie() {
 #[test]
 fn tangents_of_the_file_that_are_not_mikktspaces_are_obeyed() {
     let mut own =
-        Worn::new(&Pictures { normal: bumps(SIZE, 0.3), ..Pictures::noise(SIZE) }, &json!({}));
+        Textured::new(&Pictures { normal: bumps(SIZE, 0.3), ..Pictures::noise(SIZE) }, &json!({}));
     // Each a right angle on: what the map calls x is what MikkTSpace calls y.
     let turned: Vec<[f32; 4]> = mikk_tangents(&own.shape)
         .iter()
@@ -173,7 +173,7 @@ fn tangents_of_the_file_that_are_not_mikktspaces_are_obeyed() {
 /// All parts of a document as one shape.
 fn worn_by(output: &Output, image: usize) -> Shape {
     let mut shape = Shape::default();
-    let wears = |material: &gltf::Material<'_>| {
+    let uses = |material: &gltf::Material<'_>| {
         let pbr = material.pbr_metallic_roughness();
         let textures = [
             pbr.base_color_texture().map(|info| info.texture()),
@@ -183,9 +183,9 @@ fn worn_by(output: &Output, image: usize) -> Shape {
         ];
         textures.into_iter().flatten().any(|texture| texture.source().index() == image)
     };
-    let worn: Vec<bool> = output.gltf.materials().map(|material| wears(&material)).collect();
+    let used: Vec<bool> = output.gltf.materials().map(|material| uses(&material)).collect();
     for part in (0..output.gltf.meshes().len()).flat_map(|mesh| output.parts(mesh)) {
-        if part.material.is_some_and(|material| worn[material]) {
+        if part.material.is_some_and(|material| used[material]) {
             let first = shape.uvs.len() as u32;
             shape.uvs.extend(part.uvs.iter().map(|uv| [uv[0], uv[1]]));
             shape.triangles.extend(part.triangles.iter().map(|t| t.map(|vertex| first + vertex)));
@@ -241,9 +241,12 @@ fn real_assets_in_their_own_place_keep_every_image() {
 fn nothing_that_filtering_reads_inside_the_charts_is_invalid() {
     let sphere = shapes::sphere(64, 32);
     let mut build = Build::new();
-    let material =
-        build.worn(&Pictures::noise(SIZE), &json!({"wrapS": 33071, "wrapT": 33071}), &json!({}));
-    build.wear(&sphere, material);
+    let material = build.textured_material(
+        &Pictures::noise(SIZE),
+        &json!({"wrapS": 33071, "wrapT": 33071}),
+        &json!({}),
+    );
+    build.add_shape(&sphere, material);
     let options = transferred(&[0.25, 0.05], 0.5, BakeNormals::On);
     let baked = Baked::bytes("sphere", &build.glb(), &options);
     for level in 1..=2 {
@@ -260,7 +263,7 @@ fn levels_are_the_same_on_one_thread_and_on_three() {
     let mut build = Build::new();
     let texture = build.texture(&Pictures::noise(SIZE).base, json!({}));
     let material = build.painted(texture);
-    build.wear(&shapes::torus(40, 20), material);
+    build.add_shape(&shapes::torus(40, 20), material);
     let bytes = build.glb();
     let files = [1, 3].map(|threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();

@@ -5,7 +5,7 @@ use std::f32::consts::{PI, TAU};
 use crate::common::build::Build;
 use crate::common::output::{Output, Part};
 use crate::common::shapes::{self, Shape};
-use crate::common::worn::covered_texels;
+use crate::common::textured::covered_texels;
 use crate::common::{Baked, transferred};
 use glam::Vec3;
 use image::{DynamicImage, RgbImage};
@@ -36,7 +36,7 @@ fn a_level_of_few_triangles_shows_the_bumps_that_it_has_lost() {
     let gray = RgbImage::from_pixel(512, 512, image::Rgb([128; 3])).into();
     let texture = build.texture(&gray, json!({}));
     let material = build.painted(texture);
-    build.wear(&bumpy_sphere(200, 100), material);
+    build.add_shape(&bumpy_sphere(200, 100), material);
     let bytes = build.glb();
     let degrees = [BakeNormals::Off, BakeNormals::Auto].map(|bake_normals| {
         let measure =
@@ -176,7 +176,7 @@ fn assert_sides_kept(name: &str, shape: &Shape, at: impl Fn(Vec3) -> [f32; 2]) {
     let mut build = Build::new();
     let texture = build.texture(&two_sided_picture(512), json!({"wrapS": 33071, "wrapT": 33071}));
     let material = build.painted(texture);
-    build.wear(shape, material);
+    build.add_shape(shape, material);
     let measure =
         evaluate::Options { views: 1, resolution: 64, samples: 50_000, pixel_tolerance: 1.0 };
     let options = BakeOptions {

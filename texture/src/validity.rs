@@ -89,7 +89,7 @@ impl Validity {
         Self { width: mask.width(), height: mask.height(), mask: mask_flags }
     }
 
-    /// Adds what is valid in another mask: of a second mesh that wears the same image, or of
+    /// Adds what is valid in another mask: of a second mesh that uses the same image, or of
     /// padding that is known to be good.
     ///
     /// # Panics

@@ -118,7 +118,7 @@ pub struct Output<'a> {
     pub role: Role,
     /// How they are stored.
     pub color: ColorType,
-    /// Where they come from, for each reading that a face names; `None` for faces that do not wear it.
+    /// Where they come from, for each reading that a face names; `None` for faces that do not have it.
     pub readings: Vec<Option<Reading<'a>>>,
 }
 

@@ -15,7 +15,7 @@ pub(super) struct Spot {
 /// A mesh with the tangents that its normal maps are read by.
 #[derive(Clone, Copy, Debug)]
 pub struct Side<'a> {
-    /// Positions, normals and UVs; a triangle's group tells which textures it wears.
+    /// Positions, normals and UVs; a triangle's group tells which textures it uses.
     pub mesh: &'a Mesh,
     /// One triple per triangle, as [`compute_tangents`](seamwise_attr::compute_tangents) gives them;
     /// zero, or none at all, where no normal map is read.

@@ -1,4 +1,4 @@
-//! Who wears what after a transfer: shared images, materials of several users, and damaged input.
+//! Who uses which texture after a transfer: shared images, materials of several users, and damaged input.
 
 use std::collections::BTreeMap;
 
@@ -6,7 +6,7 @@ use crate::common::assets::picture;
 use crate::common::build::Build;
 use crate::common::output::Output;
 use crate::common::shapes::{self, Shape};
-use crate::common::worn::{bumps, covered_texels};
+use crate::common::textured::{bumps, covered_texels};
 use crate::common::{Baked, transferred, unmeasured, within};
 use image::DynamicImage;
 use seamwise::bake::options::BakeOptions;
@@ -14,7 +14,7 @@ use seamwise::transfer::BakeNormals;
 use serde_json::{Value, json};
 
 /// Every texture of a material in a document: where it is named, how it is read, and what it shows.
-fn worn(output: &Output, material: &Value) -> BTreeMap<String, (Value, Vec<u8>)> {
+fn textures_of(output: &Output, material: &Value) -> BTreeMap<String, (Value, Vec<u8>)> {
     fn collect(json: &Value, at: &str, found: &mut Vec<(String, Value)>) {
         for (key, value) in json.as_object().into_iter().flatten() {
             let at = format!("{at}/{key}");
@@ -44,7 +44,7 @@ fn materials(primitive: &Value) -> Vec<Value> {
     std::iter::once(primitive["material"].clone()).chain(variants).collect()
 }
 
-/// Fails unless every level in the file of all of them wears what it does in its own.
+/// Fails unless every level in the file of all of them uses what it does in its own.
 fn assert_worn_alike(baked: &Baked) {
     let chain = baked.chain();
     for (index, level) in baked.levels().iter().enumerate() {
@@ -59,7 +59,11 @@ fn assert_worn_alike(baked: &Baked) {
                 let [mine, theirs] = [materials(own), materials(there)];
                 assert_eq!(mine.len(), theirs.len());
                 for (mine, theirs) in mine.iter().zip(&theirs) {
-                    assert!(worn(level, mine) == worn(&chain, theirs), "level {}", index + 1);
+                    assert!(
+                        textures_of(level, mine) == textures_of(&chain, theirs),
+                        "level {}",
+                        index + 1
+                    );
                 }
                 let has = |primitive: &Value| primitive["attributes"].get("TANGENT").is_some();
                 assert_eq!(has(own), has(there));
@@ -91,21 +95,21 @@ fn levels(bake_normals: BakeNormals) -> BakeOptions {
 #[test]
 fn what_tiles_or_overlaps_is_shared_as_in_a_repair_and_the_rest_is_made_anew() {
     let mut build = Build::new();
-    let mut wear = |shapes: &[Shape]| {
+    let mut add = |shapes: &[Shape]| {
         let texture = build.texture(&picture(64).into(), json!({}));
         let material = build.painted(texture);
         for shape in shapes {
-            build.wear(shape, material);
+            build.add_shape(shape, material);
         }
     };
     let mut mirrored = tile(0, 1, [1, 1]).uv_moved([0.0, -1.0]);
     mirrored.uvs.iter_mut().for_each(|uv| uv[0] = 1.0 - uv[0]);
     mirrored.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
-    wear(&[tile(0, 0, [1, 1]), mirrored]);
+    add(&[tile(0, 0, [1, 1]), mirrored]);
     let mut tiling = tile(1, 0, [1, 1]);
     tiling.uvs.iter_mut().flatten().for_each(|at| *at *= 5.0);
-    wear(&[tiling]);
-    wear(&[shapes::torus(32, 16).moved([0.0, 5.0, 0.0])]);
+    add(&[tiling]);
+    add(&[shapes::torus(32, 16).moved([0.0, 5.0, 0.0])]);
     let bytes = build.glb();
     let anew = Baked::bytes("shared", &bytes, &levels(BakeNormals::On));
     let repaired = Baked::bytes(
@@ -150,8 +154,8 @@ fn an_image_of_two_materials_and_two_meshes_is_made_for_both() {
     let [mapped, plain] = [build.painted(texture), build.painted(texture)];
     let normal = build.texture(&bumps(128, 0.3), json!({}));
     build.json["materials"][mapped]["normalTexture"] = json!({"index": normal, "scale": 0.7});
-    build.wear(&tile(0, 0, [2, 1]), mapped);
-    build.wear(&tile(1, 0, [2, 1]), plain);
+    build.add_shape(&tile(0, 0, [2, 1]), mapped);
+    build.add_shape(&tile(1, 0, [2, 1]), plain);
     let baked = Baked::bytes("both", &build.glb(), &levels(BakeNormals::On));
     for level in baked.levels() {
         assert_shows(&level, 0, &picture(128).into());
@@ -207,8 +211,8 @@ fn a_gained_normal_map_is_read_as_its_own_material_reads_the_image() {
         info["extensions"]["KHR_texture_transform"]["offset"] = json!([offset, 0.0]);
     }
     build.json["extensionsUsed"] = json!(["KHR_texture_transform"]);
-    build.wear(&tile(0, 0, [1, 1]), left);
-    build.wear(&tile(0, 0, [1, 1]).moved([3.0, 0.0, 0.0]), right);
+    build.add_shape(&tile(0, 0, [1, 1]), left);
+    build.add_shape(&tile(0, 0, [1, 1]).moved([3.0, 0.0, 0.0]), right);
     let baked = Baked::bytes("atlas", &build.glb(), &levels(BakeNormals::On));
     for level in baked.levels() {
         for material in [left, right] {

@@ -74,8 +74,13 @@ impl Build {
         self.add("textures", json!({"source": source, "sampler": sampler}))
     }
 
-    /// A material that wears all pictures; `info` is what each texture info holds beside its index.
-    pub(crate) fn worn(&mut self, pictures: &Pictures, sampler: &Value, info: &Value) -> usize {
+    /// A material that uses all pictures; `info` is what each texture info holds beside its index.
+    pub(crate) fn textured_material(
+        &mut self,
+        pictures: &Pictures,
+        sampler: &Value,
+        info: &Value,
+    ) -> usize {
         let infos = pictures.all().map(|picture| {
             let mut info = info.clone();
             info["index"] = json!(self.texture(picture, sampler.clone()));
@@ -103,7 +108,7 @@ impl Build {
     }
 
     /// A mesh of one shape in one material.
-    pub(crate) fn wear(&mut self, shape: &Shape, material: usize) -> usize {
+    pub(crate) fn add_shape(&mut self, shape: &Shape, material: usize) -> usize {
         let mut primitive = self.primitive(shape);
         primitive["material"] = json!(material);
         self.mesh(vec![primitive])

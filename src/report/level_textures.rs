@@ -12,16 +12,16 @@ use crate::limit::MemoryLimit;
 
 /// The textures of a level.
 #[derive(Clone, Debug, Default)]
-pub struct WornPictures {
+pub struct TexturePictures {
     /// The first of them.
-    pub shown: Vec<WornPicture>,
+    pub shown: Vec<TexturePicture>,
     /// How many more there are.
     pub more: usize,
 }
 
 /// A texture of a level.
 #[derive(Clone, Debug)]
-pub struct WornPicture {
+pub struct TexturePicture {
     /// What the document calls it, or its number.
     pub name: String,
     /// Width and height in texels.
@@ -32,7 +32,7 @@ pub struct WornPicture {
     pub picture: Picture,
 }
 
-impl WornPicture {
+impl TexturePicture {
     /// How large it is, in words.
     pub fn detail(&self) -> String {
         let [width, height] = self.size;
@@ -40,22 +40,22 @@ impl WornPicture {
     }
 }
 
-/// Draws what each level wears that none of `shared` is; nothing at all if no level has such an image.
+/// Draws the textures of each level that none of `shared` is; nothing at all if no level has such an image.
 ///
 /// # Errors
 /// [`Error::Invalid`](crate::error::Error::Invalid) if an image is damaged or takes more memory than
 /// `limit`.
-pub fn draw_worn(
+pub fn draw_level_textures(
     levels: &[Asset],
     shared: &[EncodedImage],
     limit: MemoryLimit,
-) -> Result<Vec<WornPictures>> {
+) -> Result<Vec<TexturePictures>> {
     let draw = |level: &Asset| {
         let is_own = |image: &EncodedImage| !shared.iter().any(|other| other.bytes == image.bytes);
         let own: Vec<(usize, &EncodedImage)> =
             level.images.iter().enumerate().filter(|(_, image)| is_own(image)).collect();
         let shown = &own[..own.len().min(MOST_ATLASES)];
-        Ok(WornPictures {
+        Ok(TexturePictures {
             shown: shown
                 .par_iter()
                 .map(|&(index, image)| draw_one(level, index, image, limit))
@@ -63,8 +63,12 @@ pub fn draw_worn(
             more: own.len() - shown.len(),
         })
     };
-    let worn: Vec<WornPictures> = levels.iter().map(draw).collect::<Result<_>>()?;
-    Ok(if worn.iter().all(|level| level.shown.is_empty()) { Vec::new() } else { worn })
+    let level_textures: Vec<TexturePictures> = levels.iter().map(draw).collect::<Result<_>>()?;
+    Ok(if level_textures.iter().all(|level| level.shown.is_empty()) {
+        Vec::new()
+    } else {
+        level_textures
+    })
 }
 
 fn draw_one(
@@ -72,10 +76,10 @@ fn draw_one(
     index: usize,
     image: &EncodedImage,
     limit: MemoryLimit,
-) -> Result<WornPicture> {
+) -> Result<TexturePicture> {
     let texels = decode(image, &format!("/images/{index}"), limit)?;
     let name = level.json.pointer(&format!("/images/{index}/name")).and_then(|name| name.as_str());
-    Ok(WornPicture {
+    Ok(TexturePicture {
         name: name.map_or_else(|| format!("Image {index}"), str::to_owned),
         size: [texels.width(), texels.height()],
         bytes: image.bytes.len(),
