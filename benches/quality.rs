@@ -28,7 +28,7 @@ use seamwise::evaluate::{self, Metrics, Reference};
 use seamwise::export::document::level_asset;
 use seamwise::import::read;
 use seamwise::level::textures::{LevelTextures, PartTextures};
-use seamwise::level::{DressedLevel, LevelMesh};
+use seamwise::level::{AssetLevel, LevelMesh};
 use seamwise::limit::MemoryLimit;
 use seamwise::surface::geometry::Geometry;
 use seamwise::surface::group::weld_all;
@@ -151,7 +151,7 @@ impl Subject {
                     })
                     .collect();
                 let shared = LevelTextures::shared(&asset.images, geometries);
-                let level = DressedLevel { meshes, textures: shared };
+                let level = AssetLevel { meshes, textures: shared };
                 let level = level_asset(asset, &level).expect("a document");
                 load(&level, textures).expect("a sound level")
             }

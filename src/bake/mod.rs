@@ -26,7 +26,7 @@ use crate::export::document::level_asset;
 use crate::image_file::codec::Encoding;
 use crate::image_file::encoded::EncodedImage;
 use crate::level::textures::LevelTextures;
-use crate::level::{DressedLevel, Undressed};
+use crate::level::{AssetLevel, LevelAssembly};
 use crate::progress::Progress;
 use crate::report::html::{Extras, bake_page};
 use crate::report::level_textures::draw_level_textures;
@@ -133,10 +133,10 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
         let draw = || draw_atlases(&asset, &repairs, options.reading.memory_limit);
         extras.atlases = clock.time("report", |s| &mut s.report, draw)?;
     }
-    let undressed = Undressed { asset: &asset, geometries: &geometries, chains: &chains };
-    let dress = || undressed.dress(textures, options.output.quantizes());
-    let dressed = clock.time("write", |s| &mut s.write, dress)?;
-    let levels = clock.time("write", |s| &mut s.write, || level_assets(&asset, &dressed))?;
+    let assembly = LevelAssembly { asset: &asset, geometries: &geometries, chains: &chains };
+    let assemble = || assembly.assemble(textures, options.output.quantizes());
+    let assembled = clock.time("write", |s| &mut s.write, assemble)?;
+    let levels = clock.time("write", |s| &mut s.write, || level_assets(&asset, &assembled))?;
     let mut cache = TextureCache::with_limit(options.reading.memory_limit);
     let measure = |options| {
         let measure = || evaluate_all(&asset, &levels, options, &mut cache, progress);
@@ -151,7 +151,7 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
     }
     let encode = || {
         let BakeOptions { output, screen, .. } = *options;
-        let chain = Chain { asset: &asset, levels: &dressed, images: &images, output, screen };
+        let chain = Chain { asset: &asset, levels: &assembled, images: &images, output, screen };
         let documents = chain.documents(levels, measured.as_ref(), &input.stem())?;
         options.output.encode(&input.stem(), &documents)
     };
@@ -162,7 +162,7 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
         files: Vec::new(),
         input: input_report(input, &asset, &geometries),
         screen: options.screen,
-        levels: level_reports(&asset, &dressed, &chains, &steering, options, measured.as_ref()),
+        levels: level_reports(&asset, &assembled, &chains, &steering, options, measured.as_ref()),
         meshes: mesh_reports(&asset, &geometries, &chains),
         materials,
         seconds: clock.seconds,
@@ -227,7 +227,7 @@ fn finish_images(asset: &Asset, repairs: Option<&[ImageRepair]>) -> Result<Vec<E
 }
 
 /// The levels as documents.
-fn level_assets(asset: &Asset, levels: &[DressedLevel<'_>]) -> Result<Vec<Asset>> {
+fn level_assets(asset: &Asset, levels: &[AssetLevel<'_>]) -> Result<Vec<Asset>> {
     levels.par_iter().map(|level| level_asset(asset, level)).collect()
 }
 

@@ -8,7 +8,7 @@ use super::simplify::triangle_count;
 use super::steering::MeshSteering;
 use crate::document::asset::Asset;
 use crate::export::bundle::Measured;
-use crate::level::{DressedLevel, LevelMesh};
+use crate::level::{AssetLevel, LevelMesh};
 use crate::report::{FarthestPart, InputReport, LevelReport};
 use crate::surface::geometry::Geometry;
 
@@ -42,7 +42,7 @@ fn explain(stop: Stop) -> String {
 
 pub(crate) fn level_reports(
     asset: &Asset,
-    dressed: &[DressedLevel<'_>],
+    dressed: &[AssetLevel<'_>],
     chains: &[Vec<Level>],
     steering: &[MeshSteering],
     options: &BakeOptions,

@@ -9,13 +9,13 @@ use crate::document::asset::Asset;
 use crate::error::Result;
 use crate::evaluate::{Metrics, Part};
 use crate::image_file::encoded::EncodedImage;
-use crate::level::DressedLevel;
+use crate::level::AssetLevel;
 use crate::screen::Screen;
 
 /// What all files of a bake are made from.
 pub(crate) struct Chain<'a> {
     pub(crate) asset: &'a Asset,
-    pub(crate) levels: &'a [DressedLevel<'a>],
+    pub(crate) levels: &'a [AssetLevel<'a>],
     pub(crate) images: &'a [EncodedImage],
     pub(crate) output: OutputOptions,
     /// What the certificates are reckoned for.

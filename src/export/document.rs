@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use super::files::OutputOptions;
 use super::lod_nodes::{Layout, Shown, add_levels, add_suffix, place_on_grid, push};
-use super::materials::{dress, dress_apart};
+use super::materials::{add_level_materials, replace_textures};
 use super::vertex_pool::{Shared, SharedParts};
 use crate::document::accessor::{Elements, Named};
 use crate::document::asset::Asset;
@@ -21,7 +21,7 @@ use crate::document::references::replaced_accessors;
 use crate::error::{Error, Result};
 use crate::image_file::encoded::EncodedImage;
 use crate::level::part::LevelPart;
-use crate::level::{DressedLevel, LevelMesh};
+use crate::level::{AssetLevel, LevelMesh};
 use crate::screen::Screen;
 use crate::surface::geometry::{Geometry, Part};
 
@@ -30,14 +30,14 @@ use crate::surface::geometry::{Geometry, Part};
 ///
 /// # Errors
 /// [`Error::Invalid`] if the document's meshes are malformed.
-pub fn level_asset(asset: &Asset, level: &DressedLevel<'_>) -> Result<Asset> {
-    let DressedLevel { meshes, textures } = level;
+pub fn level_asset(asset: &Asset, level: &AssetLevel<'_>) -> Result<Asset> {
+    let AssetLevel { meshes, textures } = level;
     let is_replaced = |primitive: &Primitive| {
         let is_own = |level: &&LevelMesh<'_>| level.geometry.meshes.contains(&primitive.mesh);
         primitive.is_surface() && meshes.iter().find(is_own).is_some_and(|l| l.parts.is_some())
     };
     let mut packer = Packer::new(asset, &replaced_accessors(asset, is_replaced)?);
-    let materials = dress(&mut packer, textures)?;
+    let materials = replace_textures(&mut packer, textures)?;
     for surface in meshes {
         for &mesh in &surface.geometry.meshes {
             let source = asset.json["meshes"][mesh]["primitives"].clone();
@@ -95,7 +95,7 @@ pub struct Coverage<'a> {
 /// [`Error::Invalid`] if the document's meshes or nodes are malformed.
 pub fn chain_asset(
     asset: &Asset,
-    levels: &[DressedLevel<'_>],
+    levels: &[AssetLevel<'_>],
     images: &[EncodedImage],
     output: OutputOptions,
     coverage: Option<&Coverage<'_>>,
@@ -140,12 +140,12 @@ pub fn chain_asset(
 fn add_meshes(
     packer: &mut Packer,
     asset: &Asset,
-    levels: &[DressedLevel<'_>],
+    levels: &[AssetLevel<'_>],
     shared: &SharedParts,
 ) -> Result<Vec<Vec<Shown>>> {
     let mut shown = vec![Vec::new(); asset.count("meshes")];
-    for (level, DressedLevel { meshes, textures }) in levels.iter().enumerate() {
-        let materials = dress_apart(packer, asset, textures)?;
+    for (level, AssetLevel { meshes, textures }) in levels.iter().enumerate() {
+        let materials = add_level_materials(packer, asset, textures)?;
         for (surface, &mesh) in
             meshes.iter().flat_map(|s| s.geometry.meshes.iter().map(move |m| (s, m)))
         {

@@ -12,7 +12,10 @@ use crate::error::{Error, Result};
 use crate::level::textures::LevelTextures;
 
 /// Dresses the document's own materials; one entry per material of the source, that which stands for it.
-pub(crate) fn dress(packer: &mut Packer, textures: &LevelTextures) -> Result<Vec<usize>> {
+pub(crate) fn replace_textures(
+    packer: &mut Packer,
+    textures: &LevelTextures,
+) -> Result<Vec<usize>> {
     for (index, image) in textures.images.iter().enumerate() {
         packer.set_image(index, image.clone());
     }
@@ -51,7 +54,7 @@ fn add_merged(packer: &mut Packer, textures: &LevelTextures, materials: &mut [us
 /// Adds the materials and textures of a level beside those of the source: one entry per material of the source, the
 /// material that the level uses instead. `materials` and images of `source` are those of the
 /// document's beginning.
-pub(crate) fn dress_apart(
+pub(crate) fn add_level_materials(
     packer: &mut Packer,
     source: &Asset,
     textures: &LevelTextures,

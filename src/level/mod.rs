@@ -67,29 +67,29 @@ impl<'a> LevelMesh<'a> {
 
 /// A level of a whole asset.
 #[derive(Clone, Debug)]
-pub struct DressedLevel<'a> {
+pub struct AssetLevel<'a> {
     /// One per surface.
     pub meshes: Vec<LevelMesh<'a>>,
     /// Their textures.
     pub textures: LevelTextures,
 }
 
-/// Levels that have no textures yet.
-pub(crate) struct Undressed<'a> {
+/// Simplified surfaces and the asset they are of, to be assembled to levels.
+pub(crate) struct LevelAssembly<'a> {
     pub(crate) asset: &'a Asset,
     pub(crate) geometries: &'a [Geometry],
     /// One per surface.
     pub(crate) chains: &'a [Vec<Level>],
 }
 
-impl<'a> Undressed<'a> {
+impl<'a> LevelAssembly<'a> {
     /// All meshes of each level as primitives, with their textures; as small integers with `compress`.
-    pub(crate) fn dress(
+    pub(crate) fn assemble(
         &self,
         textures: Vec<LevelTextures>,
         compress: bool,
-    ) -> Result<Vec<DressedLevel<'a>>> {
-        let dress = |(level, textures): (usize, LevelTextures)| {
+    ) -> Result<Vec<AssetLevel<'a>>> {
+        let assemble = |(level, textures): (usize, LevelTextures)| {
             let surfaces = self.geometries.par_iter().zip(self.chains).zip(&textures.parts);
             let meshes = surfaces.map(|((geometry, chain), textures)| {
                 let mut mesh = LevelMesh::new(geometry, &chain[level], textures)?;
@@ -98,8 +98,8 @@ impl<'a> Undressed<'a> {
                 }
                 Ok(mesh)
             });
-            Ok(DressedLevel { meshes: meshes.collect::<Result<_>>()?, textures })
+            Ok(AssetLevel { meshes: meshes.collect::<Result<_>>()?, textures })
         };
-        textures.into_iter().enumerate().map(dress).collect()
+        textures.into_iter().enumerate().map(assemble).collect()
     }
 }

@@ -93,8 +93,8 @@ pub(crate) fn transfer_all(
             pairs: pairs(&sources, &meshes[level], &tags[level]),
         })
         .collect();
-    let stage = Stage { origin, yardstick, sheets, levels, options, progress };
-    let textures = stage.dress(plan, stage.run(&sizes)?)?;
+    let maker = TextureMaker { origin, yardstick, sheets, levels, options, progress };
+    let textures = maker.assign(plan, maker.run(&sizes)?)?;
     Ok((textures, relaid))
 }
 
@@ -177,7 +177,7 @@ fn relay_all(
 }
 
 /// Everything that the images of all levels are made from.
-struct Stage<'a> {
+struct TextureMaker<'a> {
     origin: &'a Origin<'a>,
     yardstick: Yardstick,
     sheets: Vec<Sheet<'a>>,
@@ -186,7 +186,7 @@ struct Stage<'a> {
     progress: &'a Progress,
 }
 
-impl Stage<'_> {
+impl TextureMaker<'_> {
     /// The images of each sheet, level by level.
     fn run(&self, sizes: &SheetSizes) -> Result<Vec<Vec<Made>>> {
         let mut made = self.make(sizes, Vec::new())?;
@@ -277,7 +277,7 @@ impl Stage<'_> {
     }
 
     /// The textures of each level.
-    fn dress(&self, plan: &Plan, made: Vec<Vec<Made>>) -> Result<Vec<LevelTextures>> {
+    fn assign(&self, plan: &Plan, made: Vec<Vec<Made>>) -> Result<Vec<LevelTextures>> {
         let surfaces = self.origin.surfaces;
         let shared = LevelTextures::shared(self.origin.images, surfaces);
         let merged = plan.classes().flat_map(|class| class.materials.iter().copied()).collect();

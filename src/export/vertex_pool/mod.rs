@@ -21,7 +21,7 @@ use crate::document::edit::{Packer, index_size};
 use crate::document::primitive::{Attributes, Primitive};
 use crate::document::references::replaced_accessors;
 use crate::error::Result;
-use crate::level::DressedLevel;
+use crate::level::AssetLevel;
 use crate::level::part::LevelPart;
 use columns::Columns;
 
@@ -47,7 +47,7 @@ impl Shared {
     ///
     /// # Errors
     /// [`Error::Invalid`](crate::error::Error::Invalid) if the document's accessors are malformed.
-    pub(crate) fn find(asset: &Asset, levels: &[DressedLevel<'_>]) -> Result<Self> {
+    pub(crate) fn find(asset: &Asset, levels: &[AssetLevel<'_>]) -> Result<Self> {
         let mut pools = Vec::new();
         for members in members(levels) {
             let places: FxHashSet<Place> = members.iter().map(Member::place).collect();
@@ -92,7 +92,7 @@ impl Member<'_> {
 }
 
 /// The surfaces of the source, those over the same accessors together.
-fn members<'a>(levels: &'a [DressedLevel<'a>]) -> Vec<Vec<Member<'a>>> {
+fn members<'a>(levels: &'a [AssetLevel<'a>]) -> Vec<Vec<Member<'a>>> {
     let Some(finest) = levels.first() else { return Vec::new() };
     let mut groups: Vec<Vec<Member<'a>>> = Vec::new();
     let mut known: FxHashMap<(&Attributes, &Vec<Attributes>), usize> = FxHashMap::default();
@@ -100,7 +100,7 @@ fn members<'a>(levels: &'a [DressedLevel<'a>]) -> Vec<Vec<Member<'a>>> {
         for (part, own) in mesh.geometry.parts.iter().enumerate() {
             let primitive = &own.primitive;
             let of_level =
-                |level: &'a DressedLevel<'a>| level.meshes[surface].parts.as_ref()?[part].as_ref();
+                |level: &'a AssetLevel<'a>| level.meshes[surface].parts.as_ref()?[part].as_ref();
             let levels = levels.iter().map(of_level).collect();
             let next = groups.len();
             let key = (&primitive.attributes, &primitive.targets);
