@@ -11,7 +11,7 @@ use seamwise_attr::{Level, WedgeId};
 
 use super::join::join_parts;
 use super::part::LevelPart;
-use super::resample::{Carrier, Footing, blend, copy, skin};
+use super::resample::{SourceSampler, VertexSource, blend, copy, skin};
 use super::textures::PartTextures;
 use super::vertex_cache::order_for_cache;
 use crate::document::accessor::{Elements, Named};
@@ -32,19 +32,19 @@ pub fn level_parts(
     level: &Level,
     textures: &[PartTextures],
 ) -> Result<Vec<Option<LevelPart>>> {
-    let carrier = Carrier::new(geometry, level);
-    let part = |(group, own): (usize, &PartTextures)| level_part(&carrier, group, *own);
+    let sampler = SourceSampler::new(geometry, level);
+    let part = |(group, own): (usize, &PartTextures)| level_part(&sampler, group, *own);
     let mut parts = textures.iter().enumerate().map(part).collect::<Result<Vec<_>>>()?;
     join_parts(&mut parts, textures);
     Ok(parts)
 }
 
 fn level_part(
-    carrier: &Carrier<'_>,
+    sampler: &SourceSampler<'_>,
     group: usize,
     textures: PartTextures,
 ) -> Result<Option<LevelPart>> {
-    let Carrier { geometry, level, .. } = *carrier;
+    let SourceSampler { geometry, level, .. } = *sampler;
     let corners = Corners::of_group(&level.mesh, group as u32);
     if corners.triangles.is_empty() {
         return Ok(None);
@@ -59,13 +59,13 @@ fn level_part(
         None => Vec::new(),
     };
     let vertices = split_by_tangent(&corners, &tangents);
-    let footings = carrier.footings(part, &vertices.wedges);
+    let vertex_sources = sampler.vertex_sources(part, &vertices.wedges);
     let carried: Vec<Named> = part
         .carried
         .iter()
         .filter(|(name, _)| !is_motion(name))
-        .map(|(name, elements)| (name.clone(), copy(elements, &footings)))
-        .chain(skin(part, &footings))
+        .map(|(name, elements)| (name.clone(), copy(elements, &vertex_sources)))
+        .chain(skin(part, &vertex_sources))
         .collect();
     let mut names: Vec<&str> =
         part.primitive.attributes.iter().map(|(name, _)| name.as_str()).collect();
@@ -83,7 +83,7 @@ fn level_part(
     Ok(Some(LevelPart {
         attributes: names.into_iter().map(made).collect(),
         targets: (0..part.targets.len())
-            .map(|index| target(part, index, &footings))
+            .map(|index| target(part, index, &vertex_sources))
             .map(|own| {
                 own.into_iter().filter(|(name, _)| !(is_joined && name == "TANGENT")).collect()
             })
@@ -93,15 +93,15 @@ fn level_part(
 }
 
 /// A morph target of a level's primitive.
-fn target(part: &Part, index: usize, footings: &[Footing<'_>]) -> Vec<Named> {
+fn target(part: &Part, index: usize, vertex_sources: &[VertexSource<'_>]) -> Vec<Named> {
     let moved = |(name, elements): &Named| {
         let deltas = if is_blended(name) {
-            blend(elements, footings, |part| {
+            blend(elements, vertex_sources, |part| {
                 let mut target = part.targets.get(index)?.iter();
                 target.find(|(own, _)| own == name).map(|(_, elements)| elements)
             })
         } else {
-            copy(elements, footings)
+            copy(elements, vertex_sources)
         };
         (name.clone(), deltas)
     };

@@ -21,7 +21,7 @@ use crate::document::accessor::{Elements, Named};
 use crate::surface::geometry::{Geometry, Part, is_motion};
 
 /// Where the vertices of a level come from.
-pub(crate) struct Carrier<'a> {
+pub(crate) struct SourceSampler<'a> {
     pub(crate) geometry: &'a Geometry,
     pub(crate) level: &'a Level,
     /// One per wedge of the level; none at all if nothing moves.
@@ -29,7 +29,7 @@ pub(crate) struct Carrier<'a> {
 }
 
 /// Where one vertex of a level comes from.
-pub(crate) struct Footing<'a> {
+pub(crate) struct VertexSource<'a> {
     /// The vertex of its own part that it stands for.
     own: usize,
     /// What it is blended of, the largest share first.
@@ -41,11 +41,11 @@ struct Corner<'a> {
     part: &'a Part,
     /// Its number in the part.
     vertex: usize,
-    /// Above 0; those of a footing sum to 1.
+    /// Above 0; those of a vertex sum to 1.
     share: f64,
 }
 
-impl<'a> Carrier<'a> {
+impl<'a> SourceSampler<'a> {
     pub(crate) fn new(geometry: &'a Geometry, level: &'a Level) -> Self {
         let moves = |part: &Part| !part.targets.is_empty() || !motion(part).is_empty();
         let origins = if geometry.parts.iter().any(moves) {
@@ -57,11 +57,11 @@ impl<'a> Carrier<'a> {
     }
 
     /// Where wedges of the level come from, all of one part.
-    pub(crate) fn footings(&self, part: &Part, wedges: &[WedgeId]) -> Vec<Footing<'a>> {
+    pub(crate) fn vertex_sources(&self, part: &Part, wedges: &[WedgeId]) -> Vec<VertexSource<'a>> {
         let of = |&wedge: &WedgeId| {
             let own = self.geometry.welded.wedge_vertices[self.level.wedge_sources[wedge].index()];
             let origin = self.origins.get(wedge.index());
-            Footing {
+            VertexSource {
                 own: (own - part.first) as usize,
                 corners: origin.map_or(Vec::new(), |origin| self.corners(origin)),
             }
@@ -110,21 +110,21 @@ fn motion(part: &Part) -> Vec<&Named> {
     part.carried.iter().filter(|(name, _)| is_motion(name)).collect()
 }
 
-/// An attribute as the vertices have it that the footings stand for.
-pub(crate) fn copy(elements: &Elements, footings: &[Footing<'_>]) -> Elements {
-    let bytes = footings.iter().flat_map(|footing| elements.element(footing.own));
+/// An attribute as the vertices have it that the vertex_sources stand for.
+pub(crate) fn copy(elements: &Elements, vertex_sources: &[VertexSource<'_>]) -> Elements {
+    let bytes = vertex_sources.iter().flat_map(|source| elements.element(source.own));
     Elements { bytes: bytes.copied().collect(), ..*elements }
 }
 
-/// An attribute blended by shares. `find` gives it for a part; a footing with a part that does not
+/// An attribute blended by shares. `find` gives it for a part; a source with a part that does not
 /// have it keeps what its own vertex has.
 pub(crate) fn blend(
     elements: &Elements,
-    footings: &[Footing<'_>],
+    vertex_sources: &[VertexSource<'_>],
     find: impl for<'a> Fn(&'a Part) -> Option<&'a Elements>,
 ) -> Elements {
-    let element = |footing: &Footing<'_>| {
-        let found: Option<Vec<(&Elements, &Corner<'_>)>> = footing
+    let element = |source: &VertexSource<'_>| {
+        let found: Option<Vec<(&Elements, &Corner<'_>)>> = source
             .corners
             .iter()
             .map(|corner| {
@@ -133,7 +133,7 @@ pub(crate) fn blend(
             })
             .collect();
         let Some([(first, corner), rest @ ..]) = found.as_deref() else {
-            return elements.element(footing.own).to_vec();
+            return elements.element(source.own).to_vec();
         };
         let bytes = first.element(corner.vertex);
         if rest.iter().all(|(own, corner)| own.element(corner.vertex) == bytes) {
@@ -147,21 +147,21 @@ pub(crate) fn blend(
         }
         elements.encode(sums.into_iter().map(|sum| sum as f32))
     };
-    Elements { bytes: footings.iter().flat_map(element).collect(), ..*elements }
+    Elements { bytes: vertex_sources.iter().flat_map(element).collect(), ..*elements }
 }
 
 /// The joints and weights of a part's vertices, blended. What is not a whole set of both is that of
 /// the corner with the largest share.
-pub(crate) fn skin(part: &Part, footings: &[Footing<'_>]) -> Vec<Named> {
+pub(crate) fn skin(part: &Part, vertex_sources: &[VertexSource<'_>]) -> Vec<Named> {
     let attributes = motion(part);
     let sets = Sets::find(&attributes);
     let mut out: Vec<Named> = attributes
         .iter()
         .map(|(name, elements)| (name.clone(), Elements { bytes: Vec::new(), ..*elements }))
         .collect();
-    for footing in footings {
+    for source in vertex_sources {
         let corners: Vec<(Vec<&Named>, usize, f64)> =
-            footing.corners.iter().map(|c| (motion(c.part), c.vertex, c.share)).collect();
+            source.corners.iter().map(|c| (motion(c.part), c.vertex, c.share)).collect();
         let corners: Vec<(&[&Named], usize, f64)> =
             corners.iter().map(|(own, vertex, share)| (own.as_slice(), *vertex, *share)).collect();
         let bytes = |(own, vertex, _): &(&[&Named], usize, f64)| -> Vec<Vec<u8>> {
