@@ -25,7 +25,7 @@ pub(crate) fn simplify_all(
             together(geometries, steering, options, removed)
         }
         BudgetPer::Scene | BudgetPer::Mesh => {
-            apart(geometries, steering, options, (progress, removed))
+            simplify_separately(geometries, steering, options, (progress, removed))
         }
     };
     progress.stage("simplify", to_remove, simplify)
@@ -36,7 +36,7 @@ fn internal(error: &seamwise_attr::Error) -> Error {
 }
 
 /// Each surface to its own targets, the surfaces in parallel.
-fn apart(
+fn simplify_separately(
     geometries: &[Geometry],
     steering: &[MeshSteering],
     options: &BakeOptions,

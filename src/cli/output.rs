@@ -67,7 +67,7 @@ impl OutputArgs {
             layout: match self.layout {
                 LayoutArg::MsftLod => Layout::MsftLod,
                 LayoutArg::Names => Layout::Names,
-                LayoutArg::None => Layout::Apart,
+                LayoutArg::None => Layout::None,
             },
             share_vertices: self.share_vertices,
         })

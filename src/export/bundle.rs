@@ -36,7 +36,7 @@ impl Chain<'_> {
             certify(level, certificate.clone());
         }
         let (output, screen) = (self.output, &self.screen);
-        if output.layout != Layout::Apart {
+        if output.layout != Layout::None {
             let sizes = measured.map(|measured| screen.largest_sizes(measured.distances()));
             let coverage = measured.zip(sizes.as_deref()).map(|(measured, sizes)| Coverage {
                 screen,

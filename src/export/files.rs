@@ -53,7 +53,7 @@ impl OutputOptions {
     /// levels.
     pub(crate) fn names(&self, stem: &str, levels: usize) -> Vec<String> {
         let names = (1..=levels).map(|level| format!("{stem}_lod{level}"));
-        let all = (self.layout != Layout::Apart).then(|| stem.to_owned());
+        let all = (self.layout != Layout::None).then(|| stem.to_owned());
         names.chain(all).collect()
     }
 

@@ -20,7 +20,7 @@ pub enum Layout {
     /// importers of game engines expect. Other readers show all of them at once.
     Names,
     /// There is no such file.
-    Apart,
+    None,
 }
 
 /// What a level of a mesh is shown by.
@@ -41,7 +41,7 @@ pub(crate) fn add_levels(
     layout: Layout,
 ) -> Result<usize> {
     match layout {
-        Layout::Apart => Ok(node),
+        Layout::None => Ok(node),
         Layout::MsftLod => link_levels(json, node, levels),
         Layout::Names => group_levels(json, node, levels),
     }

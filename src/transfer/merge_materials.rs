@@ -15,7 +15,7 @@ use crate::surface::geometry::Geometry;
 
 /// Why a material stays by itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Apart {
+pub enum NotMerged {
     /// Variants of the asset put another in its place.
     #[error("variants put others in its place")]
     Variants,
@@ -45,7 +45,7 @@ pub(crate) struct Merging {
     /// A layout for each merged material.
     pub(crate) layouts: Vec<UvLayout>,
     /// Why a material that surfaces use is not merged.
-    pub(crate) apart: BTreeMap<usize, Apart>,
+    pub(crate) not_merged: BTreeMap<usize, NotMerged>,
 }
 
 impl Merging {
@@ -62,7 +62,7 @@ impl Merging {
             let own = &slots[material];
             let why = fixed.get(&material).copied();
             if let Some(why) = why.or_else(|| unfit(asset, surfaces, (material, &groups), own)) {
-                merging.apart.insert(material, why);
+                merging.not_merged.insert(material, why);
                 continue;
             }
             let at = format!("/materials/{material}");
@@ -76,7 +76,7 @@ impl Merging {
         }
         for (key, looks) in classes {
             match looks.as_slice() {
-                [alone] => drop(merging.apart.insert(alone.material, Apart::Alone)),
+                [alone] => drop(merging.not_merged.insert(alone.material, NotMerged::Alone)),
                 looks => merging.layouts.push(layout(key, looks, surfaces)),
             }
         }
@@ -106,29 +106,31 @@ fn wearers(asset: &Asset, surfaces: &[Geometry]) -> Result<BTreeMap<usize, Vec<(
 }
 
 /// Materials that something else refers to: variants, points and lines, animations.
-fn fixed(asset: &Asset, surfaces: &[Geometry]) -> Result<BTreeMap<usize, Apart>> {
+fn fixed(asset: &Asset, surfaces: &[Geometry]) -> Result<BTreeMap<usize, NotMerged>> {
     let mut fixed = BTreeMap::new();
     animated(asset.json.get("animations").unwrap_or(&Value::Null), &mut fixed);
     for mesh in 0..asset.count("meshes") {
         for own in Primitive::of_mesh(asset, mesh)?.iter().filter(|own| !own.is_surface()) {
-            fixed.extend(materials_of(asset, own)?.into_iter().map(|m| (m, Apart::BeyondCharts)));
+            fixed.extend(
+                materials_of(asset, own)?.into_iter().map(|m| (m, NotMerged::BeyondCharts)),
+            );
         }
     }
     for part in surfaces.iter().flat_map(|surface| &surface.parts) {
         let materials = materials_of(asset, &part.primitive)?;
         if materials.len() > 1 {
-            fixed.extend(materials.into_iter().map(|material| (material, Apart::Variants)));
+            fixed.extend(materials.into_iter().map(|material| (material, NotMerged::Variants)));
         }
     }
     Ok(fixed)
 }
 
 /// Materials that a pointer in animations leads to.
-fn animated(json: &Value, found: &mut BTreeMap<usize, Apart>) {
+fn animated(json: &Value, found: &mut BTreeMap<usize, NotMerged>) {
     match json {
         Value::String(text) => {
             let index = text.strip_prefix("/materials/").and_then(|rest| rest.split('/').next());
-            found.extend(index.and_then(|i| i.parse().ok()).map(|i| (i, Apart::Animated)));
+            found.extend(index.and_then(|i| i.parse().ok()).map(|i| (i, NotMerged::Animated)));
         }
         Value::Array(list) => list.iter().for_each(|own| animated(own, found)),
         Value::Object(object) => object.values().for_each(|own| animated(own, found)),
@@ -142,7 +144,7 @@ fn unfit(
     surfaces: &[Geometry],
     (material, groups): (usize, &[(usize, u32)]),
     slots: &[TextureSlot],
-) -> Option<Apart> {
+) -> Option<NotMerged> {
     let at = format!("/materials/{material}/");
     let is_core = |slot: &TextureSlot| PLACES.iter().any(|place| slot.at[at.len()..] == **place);
     let anisotropy = asset.json.pointer(&format!("{at}extensions/KHR_materials_anisotropy"));
@@ -151,11 +153,11 @@ fn unfit(
         groups.iter().map(sets).any(|sets| slot.uv_set >= sets)
     };
     if !slots.iter().all(is_core) || anisotropy.is_some() {
-        Some(Apart::Extension)
+        Some(NotMerged::Extension)
     } else if slots.iter().any(|slot| asset.images[slot.image].is_missing()) {
-        Some(Apart::Missing)
+        Some(NotMerged::Missing)
     } else {
-        slots.iter().any(lacks_uvs).then_some(Apart::NoCharts)
+        slots.iter().any(lacks_uvs).then_some(NotMerged::NoCharts)
     }
 }
 

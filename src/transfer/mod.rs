@@ -39,7 +39,7 @@ use crate::surface::geometry::Geometry;
 pub use encode::TextureFormat;
 pub use layout::Shared;
 use layout::UvLayout;
-pub use merge_materials::Apart;
+pub use merge_materials::NotMerged;
 pub use options::{Atlas, BakeNormals, TransferOptions};
 pub(crate) use original::Origin;
 pub use outcomes::{Fate, MaterialTextures, TextureFate};

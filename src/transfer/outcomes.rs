@@ -4,7 +4,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::layout::UvLayout;
-use super::merge_materials::Apart;
+use super::merge_materials::NotMerged;
 use super::plan::Plan;
 use crate::document::asset::Asset;
 use crate::document::material::material_slots;
@@ -85,7 +85,7 @@ impl Plan {
                 name: name.map(str::to_owned),
                 textures: textures.collect(),
                 merged: class.map_or(Vec::new(), |class| class.materials.clone()),
-                apart: self.apart.get(&material).map(Apart::to_string).or(rest),
+                apart: self.not_merged.get(&material).map(NotMerged::to_string).or(rest),
             }
         });
         let is_told = |own: &MaterialTextures| {

@@ -8,7 +8,7 @@ use seamwise_texture::Role;
 use super::image_uses::{Used, used_together, uses};
 use super::join_primitives::Joins;
 use super::layout::{Charts, Class, ImageUse, NewNormals, Shared, UvLayout};
-use super::merge_materials::{Apart, Merging};
+use super::merge_materials::{Merging, NotMerged};
 use super::options::Atlas;
 use crate::document::asset::Asset;
 use crate::document::material::{TextureSlot, material_slots, materials_of};
@@ -23,7 +23,7 @@ pub(crate) struct Plan {
     /// One per image; `None` if it is made anew.
     pub(crate) shared: Vec<Option<Shared>>,
     /// Why materials stay by themselves, where they are to be merged.
-    pub(crate) apart: BTreeMap<usize, Apart>,
+    pub(crate) not_merged: BTreeMap<usize, NotMerged>,
     /// What parts become one primitive, one entry per surface and part.
     pub(crate) joins: Joins,
 }
@@ -52,7 +52,7 @@ impl Plan {
         };
         plan.add_normals(asset, surfaces, &slots)?;
         plan.layouts.extend(merging.layouts);
-        plan.apart = merging.apart;
+        plan.not_merged = merging.not_merged;
         plan.joins = Joins::new(asset, surfaces, &plan.layouts);
         Ok(plan)
     }

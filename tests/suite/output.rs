@@ -129,7 +129,7 @@ fn names_group_the_source_and_its_levels_under_the_node() {
 
 #[test]
 fn without_a_layout_there_is_a_file_for_each_level_alone() {
-    let output = OutputOptions { layout: Layout::Apart, ..OutputOptions::default() };
+    let output = OutputOptions { layout: Layout::None, ..OutputOptions::default() };
     let baked = Baked::bytes("cube", &assets::cube(8).glb(), &options(output));
     let names: Vec<String> = baked.files().into_iter().map(|(name, _)| name).collect();
     assert_eq!(names, ["cube.json", "cube_lod1.glb", "cube_lod2.glb"]);
@@ -217,7 +217,7 @@ fn no_file_of_the_source_is_written_over() {
     let path = folder.path().join("cube.glb");
     std::fs::write(&path, build.glb()).expect("a file");
     let before = (all_files(folder.path()), folder_files(&textures));
-    for layout in [Layout::MsftLod, Layout::Apart] {
+    for layout in [Layout::MsftLod, Layout::None] {
         let output = OutputOptions { format: Format::Gltf, layout, ..OutputOptions::default() };
         let run = seamwise::bake::bake(
             Input::File(&path),

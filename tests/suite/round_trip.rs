@@ -140,7 +140,7 @@ fn every_real_asset_comes_back_whole() {
     for path in all {
         assert_comes_back(
             &path,
-            OutputOptions { layout: Layout::Apart, ..OutputOptions::default() },
+            OutputOptions { layout: Layout::None, ..OutputOptions::default() },
         );
     }
 }
@@ -148,7 +148,7 @@ fn every_real_asset_comes_back_whole() {
 #[test]
 fn compressed_and_beside_their_images_real_assets_come_back_whole_too() {
     let Some(folder) = shared_assets() else { return };
-    let layout = Layout::Apart;
+    let layout = Layout::None;
     for name in ["rigged/Fox.glb", "rigged/bitmoji.glb", "nasty/points_lines_strips.glb"] {
         let output = OutputOptions { compress: true, layout, ..OutputOptions::default() };
         assert_comes_back(&folder.join(name), output);
