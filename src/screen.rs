@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use crate::error::{Error, Result};
 
-/// The screen that sizes are reckoned for.
+/// The screen that sizes are computed for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Screen {
     /// Vertical field of view in degrees.

@@ -202,9 +202,9 @@ fn own_textures(
     progress: &Progress,
 ) -> Result<(Vec<LevelTextures>, Vec<MaterialTextures>)> {
     let plan = Plan::new(origin.asset, origin.surfaces, options.atlas)?;
-    let (textures, relaid) = transfer_all(origin, &plan, chains, options, progress)?;
-    if let Some(relaid) = relaid {
-        *chains = relaid;
+    let (textures, repacked) = transfer_all(origin, &plan, chains, options, progress)?;
+    if let Some(repacked) = repacked {
+        *chains = repacked;
     }
     Ok((textures, plan.fates(origin.asset)?))
 }

@@ -27,7 +27,7 @@ pub struct BakeOptions {
     pub textures: Textures,
     /// How the levels are evaluated, if they are; for the pixel tolerance of `screen`.
     pub evaluate: Option<evaluate::Options>,
-    /// The screen that the sizes of the levels are reckoned for.
+    /// The screen that the sizes of the levels are computed for.
     pub screen: Screen,
     /// Whether a page with charts and pictures is written.
     pub report: Option<ReportOptions>,
@@ -50,7 +50,7 @@ pub struct ReportOptions {
 }
 
 impl BakeOptions {
-    /// How the levels are evaluated, with the tolerance that their sizes are reckoned for.
+    /// How the levels are evaluated, with the tolerance that their sizes are computed for.
     pub fn evaluation(&self) -> Option<evaluate::Options> {
         let pixel_tolerance = self.screen.pixel_tolerance;
         self.evaluate.map(|options| evaluate::Options { pixel_tolerance, ..options })

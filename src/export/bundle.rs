@@ -18,7 +18,7 @@ pub(crate) struct Chain<'a> {
     pub(crate) levels: &'a [AssetLevel<'a>],
     pub(crate) images: &'a [EncodedImage],
     pub(crate) output: OutputOptions,
-    /// What the certificates are reckoned for.
+    /// What the certificates are computed for.
     pub(crate) screen: Screen,
 }
 

@@ -19,7 +19,7 @@ pub(crate) fn replace_textures(
     for (index, image) in textures.images.iter().enumerate() {
         packer.set_image(index, image.clone());
     }
-    for &material in &textures.relaid {
+    for &material in &textures.repacked {
         for slot in slots(packer.asset(), material)? {
             packer.json().pointer_mut(&slot.at).into_iter().for_each(read_plainly);
         }
@@ -72,7 +72,7 @@ pub(crate) fn add_level_materials(
             let info = slot.at.strip_prefix(&at).and_then(|own| json.pointer_mut(own));
             if let (Some(info), Some(new)) = (info, new[texture]) {
                 info["index"] = json!(new);
-                if textures.relaid.contains(&material) {
+                if textures.repacked.contains(&material) {
                     read_plainly(info);
                 }
                 is_other = true;
@@ -147,7 +147,7 @@ fn add_normals(packer: &mut Packer, textures: &LevelTextures, materials: &[usize
             texture["sampler"] = sampler.clone();
         }
         info["index"] = json!(put(packer.json(), "textures", None, texture));
-        if normals.materials.iter().all(|material| textures.relaid.contains(material)) {
+        if normals.materials.iter().all(|material| textures.repacked.contains(material)) {
             read_plainly(&mut info);
         }
         for &material in &normals.materials {

@@ -75,7 +75,7 @@ fn level_part(
     if set.is_some() && !has_tangents {
         names.push("TANGENT");
     }
-    if textures.is_relaid {
+    if textures.is_repacked {
         names.retain(|name| !name.starts_with("TEXCOORD_"));
         names.push("TEXCOORD_0");
     }

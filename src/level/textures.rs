@@ -15,7 +15,7 @@ pub struct LevelTextures {
     /// One entry per surface and part.
     pub parts: Vec<Vec<PartTextures>>,
     /// Materials whose textures are all read in the first UV set as it is.
-    pub relaid: Vec<usize>,
+    pub repacked: Vec<usize>,
     /// Materials that stand for several.
     pub merged: Vec<MergedMaterial>,
     /// Images of the source that only materials use that are merged.
@@ -71,7 +71,7 @@ pub struct PartTextures {
     /// The UV set by whose tangents its normal map is read, if one was made for the level.
     pub tangents: Option<usize>,
     /// Whether all of its textures are read in the first UV set, so that it needs no other.
-    pub is_relaid: bool,
+    pub is_repacked: bool,
     /// Parts of a mesh with the same number become one primitive.
     pub join: Option<usize>,
 }

@@ -41,7 +41,7 @@ pub struct BakeReport {
     pub files: Vec<String>,
     /// What went in.
     pub input: InputReport,
-    /// The screen that the sizes of the levels are reckoned for.
+    /// The screen that the sizes of the levels are computed for.
     pub screen: Screen,
     /// What came out, the finest first.
     pub levels: Vec<LevelReport>,

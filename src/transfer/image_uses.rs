@@ -4,7 +4,7 @@ use seamwise_attr::Mesh;
 use seamwise_texture::transfer::{Face, overlap};
 use seamwise_texture::{Role, Wrap};
 
-use super::layout::{Charts, ImageUse, Shared, SourceReading, faces};
+use super::layout::{Charts, ImageUse, SharedReason, SourceReading, faces};
 use crate::document::asset::Asset;
 use crate::document::material::{TextureSlot, main_role, textures_of};
 use crate::document::primitive::Primitive;
@@ -70,7 +70,7 @@ impl Used {
     }
 
     /// Why it can't be made anew in its own layout.
-    pub(super) fn shared(&self, surfaces: &[Geometry]) -> Option<Shared> {
+    pub(super) fn shared(&self, surfaces: &[Geometry]) -> Option<SharedReason> {
         self.unfit(|| false).or_else(|| {
             let meshes: Vec<&Mesh> = surfaces.iter().map(|surface| &surface.welded.mesh).collect();
             let faces = faces(&self.charts, &meshes);
@@ -79,25 +79,25 @@ impl Used {
                 (a.max(b).max(c) - a.min(b).min(c)).max_element() > 1.0
             };
             if faces.iter().any(spans) {
-                return Some(Shared::Tiling);
+                return Some(SharedReason::Tiling);
             }
             let share = overlap(&faces, [LOOK; 2], self.wrap);
-            (share > MOST_OVERLAP).then_some(Shared::Overlap(share))
+            (share > MOST_OVERLAP).then_some(SharedReason::Overlap(share))
         })
     }
 
     /// Why it can't be made anew in any layout.
-    pub(super) fn unfit(&self, is_tangled: impl Fn() -> bool) -> Option<Shared> {
+    pub(super) fn unfit(&self, is_tangled: impl Fn() -> bool) -> Option<SharedReason> {
         if !self.is_used {
-            Some(Shared::NotWorn)
+            Some(SharedReason::NotWorn)
         } else if self.is_missing {
-            Some(Shared::Missing)
+            Some(SharedReason::Missing)
         } else if self.beyond_charts {
-            Some(Shared::BeyondCharts)
+            Some(SharedReason::BeyondCharts)
         } else if self.lacks_uvs || self.charts.is_empty() {
-            Some(Shared::NoCharts)
+            Some(SharedReason::NoCharts)
         } else if is_tangled() {
-            Some(Shared::Tangled)
+            Some(SharedReason::ConflictingUvs)
         } else {
             None
         }

@@ -43,8 +43,10 @@ impl Joins {
             Self { numbers: surfaces.iter().map(none).collect(), rest: BTreeSet::new() };
         let mut kinds: Vec<(Kind, Option<(usize, ComponentType)>)> = Vec::new();
         let merged = layouts.iter().enumerate();
-        for (at, layout, class) in merged.filter_map(|(at, l)| Some((at, l, l.class.as_ref()?))) {
-            for (charts, &material) in layout.charts.iter().zip(&class.chart_materials) {
+        for (at, layout, merge_group) in
+            merged.filter_map(|(at, l)| Some((at, l, l.merge_group.as_ref()?)))
+        {
+            for (charts, &material) in layout.charts.iter().zip(&merge_group.chart_materials) {
                 let part = &surfaces[charts.surface].parts[charts.group as usize];
                 let kind = Kind::new(asset, part, at);
                 let fits = |(own, color): &(Kind, Option<_>)| {

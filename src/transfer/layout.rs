@@ -36,14 +36,14 @@ pub(crate) struct UvLayout {
     /// Whether the level's charts are laid out anew.
     pub(crate) is_new: bool,
     /// What materials become that are merged; it has images of its own then.
-    pub(crate) class: Option<Class>,
+    pub(crate) merge_group: Option<MergeGroup>,
 }
 
 impl UvLayout {
     /// How the source reads what an entry of the charts uses, if that is an image.
     pub(crate) fn reading(&self, chart: usize) -> Option<SourceReading> {
         let images = self.images.iter().filter_map(|own| own.readings[chart]);
-        let outputs = self.class.iter().flat_map(|class| &class.outputs);
+        let outputs = self.merge_group.iter().flat_map(|merge_group| &merge_group.outputs);
         let folded = outputs.filter_map(|own| Some(own.readings[chart].source?.1));
         images.chain(folded).next()
     }
@@ -71,7 +71,7 @@ pub(crate) struct SourceReading {
 
 /// Why an image is shared by all levels instead of made anew.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum Shared {
+pub enum SharedReason {
     /// No material that a surface uses names it.
     #[error("no surface uses it")]
     NotWorn,
@@ -92,7 +92,7 @@ pub enum Shared {
     Overlap(f64),
     /// It can't be laid out anew with the other images that the same triangles use.
     #[error("the same triangles read it, or another image with it, in several ways")]
-    Tangled,
+    ConflictingUvs,
 }
 
 /// A normal map for materials that have none, in the layout of another of their images.
@@ -125,17 +125,17 @@ pub(crate) fn faces(charts: &[Charts], meshes: &[&Mesh]) -> Vec<Face> {
 
 /// Materials that become one.
 #[derive(Clone, Debug)]
-pub(crate) struct Class {
+pub(crate) struct MergeGroup {
     /// Their indices.
     pub(crate) materials: Vec<usize>,
     /// The one that stands for all, without its textures.
     pub(crate) json: Value,
     /// One per entry of the layout's charts: its material.
     pub(crate) chart_materials: Vec<usize>,
-    pub(crate) outputs: Vec<Folded>,
+    pub(crate) outputs: Vec<BakedTexture>,
 }
 
-impl Class {
+impl MergeGroup {
     /// The images that it is made from, each with what its texels mean.
     pub(crate) fn pictures(&self) -> Vec<(usize, Role)> {
         let mut pictures = Vec::new();
@@ -151,7 +151,7 @@ impl Class {
 
     /// Whether an entry of the charts shows one of them.
     pub(crate) fn shows(&self, chart: usize, (image, role): (usize, Role)) -> bool {
-        let is_shown = |own: &Folded| {
+        let is_shown = |own: &BakedTexture| {
             own.role == role && own.readings[chart].source.is_some_and(|own| own.0 == image)
         };
         self.outputs.iter().any(is_shown)
@@ -165,21 +165,21 @@ impl Class {
 
 /// An image of a merged material.
 #[derive(Clone, Debug)]
-pub(crate) struct Folded {
+pub(crate) struct BakedTexture {
     /// Where in the material it is a texture.
     pub(crate) places: Vec<&'static str>,
     pub(crate) role: Role,
     /// How many channels mean something.
     pub(crate) channels: usize,
     /// One per entry of the layout's charts.
-    pub(crate) readings: Vec<FoldedReading>,
+    pub(crate) readings: Vec<BakedReading>,
     /// Whether it is a normal map where no material had one, for the shape that a level has lost.
     pub(crate) is_gained: bool,
 }
 
 /// What an entry of charts puts into an image.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct FoldedReading {
+pub(crate) struct BakedReading {
     /// The source's image and how it is read; white, or a flat normal, without one.
     pub(crate) source: Option<(usize, SourceReading)>,
     pub(crate) factor: Vec4,

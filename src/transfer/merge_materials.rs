@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 
 use serde_json::{Map, Value, json};
 
-use super::layout::{Class, UvLayout};
-use super::merged_material::{Look, PLACES, layout};
+use super::layout::{MergeGroup, UvLayout};
+use super::merged_material::{MaterialInputs, PLACES, layout};
 use crate::document::asset::Asset;
 use crate::document::material::{TextureSlot, materials_of};
 use crate::document::primitive::Primitive;
@@ -56,7 +56,7 @@ impl Merging {
         slots: &[Vec<TextureSlot>],
     ) -> Result<Self> {
         let mut merging = Self::default();
-        let mut classes: Vec<(Value, Vec<Look<'_>>)> = Vec::new();
+        let mut merge_groups: Vec<(Value, Vec<MaterialInputs<'_>>)> = Vec::new();
         let fixed = fixed(asset, surfaces)?;
         for (material, groups) in wearers(asset, surfaces)? {
             let own = &slots[material];
@@ -67,25 +67,25 @@ impl Merging {
             }
             let at = format!("/materials/{material}");
             let slots = PLACES.map(|place| own.iter().find(|s| s.at == format!("{at}/{place}")));
-            let look = Look { material, json: asset.parse(&at)?, slots, groups };
+            let input = MaterialInputs { material, json: asset.parse(&at)?, slots, groups };
             let key = agreement(&asset.json["materials"][material]);
-            match classes.iter_mut().find(|(other, _)| *other == key) {
-                Some((_, looks)) => looks.push(look),
-                None => classes.push((key, vec![look])),
+            match merge_groups.iter_mut().find(|(other, _)| *other == key) {
+                Some((_, inputs)) => inputs.push(input),
+                None => merge_groups.push((key, vec![input])),
             }
         }
-        for (key, looks) in classes {
-            match looks.as_slice() {
+        for (key, inputs) in merge_groups {
+            match inputs.as_slice() {
                 [alone] => drop(merging.not_merged.insert(alone.material, NotMerged::Alone)),
-                looks => merging.layouts.push(layout(key, looks, surfaces)),
+                inputs => merging.layouts.push(layout(key, inputs, surfaces)),
             }
         }
         Ok(merging)
     }
 
     /// The merged materials.
-    pub(crate) fn classes(&self) -> impl Iterator<Item = &Class> {
-        self.layouts.iter().filter_map(|layout| layout.class.as_ref())
+    pub(crate) fn merge_groups(&self) -> impl Iterator<Item = &MergeGroup> {
+        self.layouts.iter().filter_map(|layout| layout.merge_group.as_ref())
     }
 }
 
@@ -161,7 +161,7 @@ fn unfit(
     }
 }
 
-/// What materials of a class agree in, as the beginning of their merged one.
+/// What materials of a merge_group agree in, as the beginning of their merged one.
 fn agreement(material: &Value) -> Value {
     let mut own = Map::new();
     let mut keep = |key: &str, default: Value| {

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use seamwise_texture::transfer::{Output, Reading};
 
 use super::encode::{TextureFormat, store};
-use super::layout::{Class, Folded, FoldedReading};
+use super::layout::{BakedReading, BakedTexture, MergeGroup};
 use super::original::Original;
 use crate::error::Result;
 use crate::image_file::encoded::ImageFormat;
@@ -46,17 +46,17 @@ pub(super) fn densities(materials: &[usize], areas: &[f64], texels: &[Option<f64
     densities.into_iter().map(share).collect()
 }
 
-/// What a class is made of; without a gained normal map if it `gains` none.
+/// What a merge_group is made of; without a gained normal map if it `gains` none.
 pub(super) fn outputs<'a>(
-    class: &Class,
+    merge_group: &MergeGroup,
     originals: &'a [Original],
     gains: bool,
 ) -> Vec<Output<'a>> {
-    let pictures = class.pictures();
-    let of = |own: &Folded| {
+    let pictures = merge_group.pictures();
+    let of = |own: &BakedTexture| {
         let mut is_deep = false;
-        let mut reading = |folded: &FoldedReading| {
-            let &FoldedReading { source, factor, offset } = folded;
+        let mut reading = |folded: &BakedReading| {
+            let &BakedReading { source, factor, offset } = folded;
             let plain = Reading { factor, offset, ..Reading::default() };
             let Some((image, source)) = source else { return plain };
             let at = pictures.iter().position(|picture| *picture == (image, own.role));
@@ -74,7 +74,7 @@ pub(super) fn outputs<'a>(
         let readings = own.readings.iter().map(|own| Some(reading(own))).collect();
         Output { role: own.role, readings, color: color(own.channels, is_deep) }
     };
-    made(class, gains).map(of).collect()
+    made(merge_group, gains).map(of).collect()
 }
 
 fn color(channels: usize, is_deep: bool) -> ColorType {
@@ -88,21 +88,21 @@ fn color(channels: usize, is_deep: bool) -> ColorType {
     }
 }
 
-fn made(class: &Class, gains: bool) -> impl Iterator<Item = &Folded> {
-    class.outputs.iter().filter(move |own| gains || !own.is_gained)
+fn made(merge_group: &MergeGroup, gains: bool) -> impl Iterator<Item = &BakedTexture> {
+    merge_group.outputs.iter().filter(move |own| gains || !own.is_gained)
 }
 
 /// The merged material, of the images that [`outputs`] led to; it keeps a normal map that it gained if
 /// it `gains` one.
 pub(super) fn finish(
-    class: &Class,
+    merge_group: &MergeGroup,
     originals: &[Original],
     (images, had): (&[DynamicImage], bool),
     gains: bool,
     format: (TextureFormat, u8),
 ) -> Result<MergedMaterial> {
-    let pictures = class.pictures();
-    let of = |(own, image): (&Folded, &DynamicImage)| {
+    let pictures = merge_group.pictures();
+    let of = |(own, image): (&BakedTexture, &DynamicImage)| {
         let sources = own.readings.iter().filter_map(|own| own.source);
         let mut formats = sources.map(|(image, _)| {
             let at = pictures.iter().position(|picture| *picture == (image, own.role));
@@ -117,13 +117,13 @@ pub(super) fn finish(
         };
         Ok((own.places.clone(), store(image, own.role, None, format)?))
     };
-    let kept: Vec<(&Folded, &DynamicImage)> =
-        made(class, had).zip(images).filter(|(own, _)| gains || !own.is_gained).collect();
+    let kept: Vec<(&BakedTexture, &DynamicImage)> =
+        made(merge_group, had).zip(images).filter(|(own, _)| gains || !own.is_gained).collect();
     Ok(MergedMaterial {
-        materials: class.materials.clone(),
-        json: class.json.clone(),
+        materials: merge_group.materials.clone(),
+        json: merge_group.json.clone(),
         images: kept.into_par_iter().map(of).collect::<Result<_>>()?,
-        has_normals: class.has_normals(gains),
+        has_normals: merge_group.has_normals(gains),
     })
 }
 

@@ -12,7 +12,7 @@ use gltf::json::validation::Checked;
 use seamwise_texture::{Role, Wrap};
 use serde_json::{Value, json};
 
-use super::layout::{Charts, Class, Folded, FoldedReading, SourceReading, UvLayout};
+use super::layout::{BakedReading, BakedTexture, Charts, MergeGroup, SourceReading, UvLayout};
 use crate::document::material::TextureSlot;
 use crate::surface::geometry::Geometry;
 
@@ -25,7 +25,7 @@ const EMISSIVE: &str = "emissiveTexture";
 pub(super) const PLACES: [&str; 5] = [BASE_COLOR, METALLIC_ROUGHNESS, NORMAL, OCCLUSION, EMISSIVE];
 
 /// A material as an atlas holds it.
-pub(super) struct Look<'a> {
+pub(super) struct MaterialInputs<'a> {
     pub(super) material: usize,
     pub(super) json: Material,
     /// One per place.
@@ -34,7 +34,7 @@ pub(super) struct Look<'a> {
     pub(super) groups: Vec<(usize, u32)>,
 }
 
-impl Look<'_> {
+impl MaterialInputs<'_> {
     fn slot(&self, place: &str) -> Option<&TextureSlot> {
         self.slots[PLACES.iter().position(|own| *own == place)?]
     }
@@ -72,119 +72,126 @@ impl Look<'_> {
         self.slot(METALLIC_ROUGHNESS).is_some_and(is_same)
     }
 
-    fn reading(&self, place: &str, factor: Vec4, offset: Vec4) -> FoldedReading {
+    fn reading(&self, place: &str, factor: Vec4, offset: Vec4) -> BakedReading {
         let source = self.slot(place).map(|slot| {
             let &TextureSlot { image, uv_set, transform, wrap, normal_scale, .. } = slot;
             (image, SourceReading { uv_set, transform, wrap, normal_scale })
         });
-        FoldedReading { source, factor, offset }
+        BakedReading { source, factor, offset }
     }
 }
 
-/// The layout and the material of a class.
-pub(super) fn layout(mut json: Value, looks: &[Look<'_>], surfaces: &[Geometry]) -> UvLayout {
-    let (mut charts, mut chart_looks) = (Vec::new(), Vec::new());
-    for (index, look) in looks.iter().enumerate() {
+/// The layout and the material of a merge_group.
+pub(super) fn layout(
+    mut json: Value,
+    inputs: &[MaterialInputs<'_>],
+    surfaces: &[Geometry],
+) -> UvLayout {
+    let (mut charts, mut chart_inputs) = (Vec::new(), Vec::new());
+    for (index, input) in inputs.iter().enumerate() {
         let anew = |&(surface, group): &(usize, u32)| Charts {
             surface,
             group,
             uv_set: 0,
             transform: Affine2::IDENTITY,
         };
-        charts.extend(look.groups.iter().map(anew));
-        chart_looks.extend(look.groups.iter().map(|_| index));
+        charts.extend(input.groups.iter().map(anew));
+        chart_inputs.extend(input.groups.iter().map(|_| index));
     }
     let is_unlit = json.pointer("/extensions/KHR_materials_unlit").is_some();
-    let mut class = Fold { looks, chart_looks: &chart_looks, json: &mut json, outputs: Vec::new() };
-    class.base_color();
+    let mut merge_group =
+        BakePlan { inputs, chart_inputs: &chart_inputs, json: &mut json, outputs: Vec::new() };
+    merge_group.base_color();
     if !is_unlit {
-        class.surface();
-        class.normals(charts.iter().all(|own| surfaces[own.surface].welded.mesh.layout.normal));
+        merge_group.surface();
+        merge_group
+            .normals(charts.iter().all(|own| surfaces[own.surface].welded.mesh.layout.normal));
     }
-    class.emission();
-    let outputs = class.outputs;
+    merge_group.emission();
+    let outputs = merge_group.outputs;
     json["name"] = json!("merged");
-    let materials: Vec<usize> = looks.iter().map(|look| look.material).collect();
-    let chart_materials = chart_looks.into_iter().map(|index| materials[index]).collect();
+    let materials: Vec<usize> = inputs.iter().map(|input| input.material).collect();
+    let chart_materials = chart_inputs.into_iter().map(|index| materials[index]).collect();
     UvLayout {
         charts,
         wrap: [Wrap::Clamp; 2],
         images: Vec::new(),
         is_new: true,
-        class: Some(Class { materials, json, chart_materials, outputs }),
+        merge_group: Some(MergeGroup { materials, json, chart_materials, outputs }),
     }
 }
 
-/// A class in the making.
-struct Fold<'a> {
-    looks: &'a [Look<'a>],
-    /// One per entry of the layout's charts: its look.
-    chart_looks: &'a [usize],
+/// A merge_group in the making.
+struct BakePlan<'a> {
+    inputs: &'a [MaterialInputs<'a>],
+    /// One per entry of the layout's charts: its input.
+    chart_inputs: &'a [usize],
     json: &'a mut Value,
-    outputs: Vec<Folded>,
+    outputs: Vec<BakedTexture>,
 }
 
-impl<'a> Fold<'a> {
+impl<'a> BakePlan<'a> {
     fn has(&self, place: &str) -> bool {
-        self.looks.iter().any(|look| look.slot(place).is_some())
+        self.inputs.iter().any(|input| input.slot(place).is_some())
     }
 
     /// Whether the materials differ in something, or in what a texture shows.
-    fn varies<T: PartialEq>(&self, place: &str, of: impl Fn(&Look<'a>) -> T) -> bool {
-        self.has(place) || self.looks.iter().any(|look| of(look) != of(&self.looks[0]))
+    fn varies<T: PartialEq>(&self, place: &str, of: impl Fn(&MaterialInputs<'a>) -> T) -> bool {
+        self.has(place) || self.inputs.iter().any(|input| of(input) != of(&self.inputs[0]))
     }
 
     fn add(
         &mut self,
         places: &[&'static str],
         (role, channels): (Role, usize),
-        reading: impl Fn(&Look<'_>) -> FoldedReading,
+        reading: impl Fn(&MaterialInputs<'_>) -> BakedReading,
     ) {
-        let readings = self.chart_looks.iter().map(|&index| reading(&self.looks[index])).collect();
+        let readings =
+            self.chart_inputs.iter().map(|&index| reading(&self.inputs[index])).collect();
         let places = places.to_vec();
-        self.outputs.push(Folded { places, role, channels, readings, is_gained: false });
+        self.outputs.push(BakedTexture { places, role, channels, readings, is_gained: false });
     }
 
     fn base_color(&mut self) {
-        if !self.varies(BASE_COLOR, Look::base_color) {
-            let color = self.looks[0].base_color();
+        if !self.varies(BASE_COLOR, MaterialInputs::base_color) {
+            let color = self.inputs[0].base_color();
             self.json["pbrMetallicRoughness"]["baseColorFactor"] = json!(color.to_array());
             return;
         }
-        let channels = if self.looks[0].is_opaque() { 3 } else { 4 };
-        self.add(&[BASE_COLOR], (Role::Color, channels), |look| match look.is_opaque() {
+        let channels = if self.inputs[0].is_opaque() { 3 } else { 4 };
+        self.add(&[BASE_COLOR], (Role::Color, channels), |input| match input.is_opaque() {
             // What it stores as alpha is not seen, and weighs nothing.
-            true => look.reading(BASE_COLOR, look.base_color().with_w(0.0), Vec4::W),
-            false => look.reading(BASE_COLOR, look.base_color(), Vec4::ZERO),
+            true => input.reading(BASE_COLOR, input.base_color().with_w(0.0), Vec4::W),
+            false => input.reading(BASE_COLOR, input.base_color(), Vec4::ZERO),
         });
     }
 
     /// Metalness, roughness and occlusion.
     fn surface(&mut self) {
-        let occluded = |look: &Look<'_>| {
-            let seen = look.occlusion();
+        let occluded = |input: &MaterialInputs<'_>| {
+            let seen = input.occlusion();
             (Vec4::X * seen, Vec4::new(1.0 - seen, 0.0, 0.0, 1.0))
         };
         let has_occlusion = self.has(OCCLUSION);
-        let is_packed = has_occlusion && self.looks.iter().all(Look::is_packed);
-        if self.varies(METALLIC_ROUGHNESS, Look::roughness_metalness) {
+        let is_packed = has_occlusion && self.inputs.iter().all(MaterialInputs::is_packed);
+        if self.varies(METALLIC_ROUGHNESS, MaterialInputs::roughness_metalness) {
             let places = [METALLIC_ROUGHNESS, OCCLUSION];
             let places = if is_packed { &places[..] } else { &places[..1] };
-            self.add(places, (Role::Data, 3), |look| {
+            self.add(places, (Role::Data, 3), |input| {
                 let (seen, unseen) =
-                    if is_packed { occluded(look) } else { (Vec4::ZERO, Vec4::ONE) };
-                let factor = seen + look.roughness_metalness().extend(0.0);
-                look.reading(METALLIC_ROUGHNESS, factor, unseen * Vec4::new(1.0, 0.0, 0.0, 1.0))
+                    if is_packed { occluded(input) } else { (Vec4::ZERO, Vec4::ONE) };
+                let factor = seen + input.roughness_metalness().extend(0.0);
+                input.reading(METALLIC_ROUGHNESS, factor, unseen * Vec4::new(1.0, 0.0, 0.0, 1.0))
             });
         } else {
-            let own = self.looks[0].roughness_metalness();
+            let own = self.inputs[0].roughness_metalness();
             self.json["pbrMetallicRoughness"]["roughnessFactor"] = json!(own.y);
             self.json["pbrMetallicRoughness"]["metallicFactor"] = json!(own.z);
         }
         if has_occlusion && !is_packed {
-            self.add(&[OCCLUSION], (Role::Data, 1), |look| {
-                let (factor, offset) = occluded(look);
-                look.reading(OCCLUSION, factor, offset)
+            self.add(&[OCCLUSION], (Role::Data, 1), |input| {
+                let (factor, offset) = occluded(input);
+                input.reading(OCCLUSION, factor, offset)
             });
         }
     }
@@ -195,18 +202,20 @@ impl<'a> Fold<'a> {
         if is_gained && !(can_gain && PLACES.iter().any(|place| self.has(place))) {
             return;
         }
-        self.add(&[NORMAL], (Role::Normal, 3), |look| look.reading(NORMAL, Vec4::ONE, Vec4::ZERO));
+        self.add(&[NORMAL], (Role::Normal, 3), |input| {
+            input.reading(NORMAL, Vec4::ONE, Vec4::ZERO)
+        });
         self.outputs.last_mut().into_iter().for_each(|own| own.is_gained = is_gained);
     }
 
     fn emission(&mut self) {
-        if self.varies(EMISSIVE, Look::emission) {
+        if self.varies(EMISSIVE, MaterialInputs::emission) {
             self.json["emissiveFactor"] = json!([1.0, 1.0, 1.0]);
-            self.add(&[EMISSIVE], (Role::Color, 3), |look| {
-                look.reading(EMISSIVE, look.emission().extend(0.0), Vec4::W)
+            self.add(&[EMISSIVE], (Role::Color, 3), |input| {
+                input.reading(EMISSIVE, input.emission().extend(0.0), Vec4::W)
             });
-        } else if self.looks[0].emission() != Vec3::ZERO {
-            self.json["emissiveFactor"] = json!(self.looks[0].emission().to_array());
+        } else if self.inputs[0].emission() != Vec3::ZERO {
+            self.json["emissiveFactor"] = json!(self.inputs[0].emission().to_array());
         }
     }
 }

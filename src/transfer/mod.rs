@@ -19,7 +19,7 @@ mod options;
 mod original;
 mod outcomes;
 mod plan;
-mod relayout;
+mod repack_charts;
 mod sampling;
 mod sheet;
 mod sizes;
@@ -37,18 +37,18 @@ use crate::level::textures::LevelTextures;
 use crate::progress::Progress;
 use crate::surface::geometry::Geometry;
 pub use encode::TextureFormat;
-pub use layout::Shared;
+pub use layout::SharedReason;
 use layout::UvLayout;
 pub use merge_materials::NotMerged;
 pub use options::{Atlas, BakeNormals, TransferOptions};
 pub(crate) use original::Origin;
 pub use outcomes::{Fate, MaterialTextures, TextureFate};
 pub(crate) use plan::Plan;
-use relayout::relay;
+use repack_charts::repack_charts;
 use sampling::{Tags, level_tags, source_tags, sources};
 use sheet::{LevelSurfaces, Made, Sheet, sheets};
 pub use sizes::Sizes;
-use sizes::{Share, Yardstick, fit, halved};
+use sizes::{Share, TexelDensity, fit, halved};
 
 /// Levels that are made at a time: a file is compressed on one thread, and each takes memory of its
 /// own.
@@ -75,11 +75,11 @@ pub(crate) fn transfer_all(
     let sources = sources(surfaces, &tags);
     let meshes = meshes_by_level(chains);
     let distances: Vec<Vec<f32>> = meshes.iter().map(|level| distances(&sources, level)).collect();
-    let yardstick = Yardstick::new(asset, surfaces, &distances, &origin.screen)?;
+    let texel_density = TexelDensity::new(asset, surfaces, &distances, &origin.screen)?;
     let sheets = sheets(origin, plan, options)?;
-    let mut sizes = first_sizes(&sheets, &yardstick, surfaces, options.sizes);
-    let relaid = relay_all(&sheets, &mut sizes, chains, (&yardstick, surfaces))?;
-    let level_meshes = meshes_by_level(relaid.as_deref().unwrap_or(chains));
+    let mut sizes = first_sizes(&sheets, &texel_density, surfaces, options.sizes);
+    let repacked = relay_all(&sheets, &mut sizes, chains, (&texel_density, surfaces))?;
+    let level_meshes = meshes_by_level(repacked.as_deref().unwrap_or(chains));
     let sets = plan.level_sets(surfaces, |_| options.bake_normals != BakeNormals::Off);
     let tags: Vec<Vec<Tags>> = (0..level_meshes.len())
         .map(|level| {
@@ -93,9 +93,9 @@ pub(crate) fn transfer_all(
             pairs: pairs(&sources, &meshes[level], &tags[level]),
         })
         .collect();
-    let maker = TextureMaker { origin, yardstick, sheets, levels, options, progress };
+    let maker = TextureMaker { origin, texel_density, sheets, levels, options, progress };
     let textures = maker.assign(plan, maker.run(&sizes)?)?;
-    Ok((textures, relaid))
+    Ok((textures, repacked))
 }
 
 /// The surfaces of a level with their sources.
@@ -122,20 +122,20 @@ fn distances(sources: &[Source<'_>], meshes: &[&Mesh]) -> Vec<f32> {
 /// Sizes before a budget is looked at.
 fn first_sizes(
     sheets: &[Sheet<'_>],
-    yardstick: &Yardstick,
+    texel_density: &TexelDensity,
     surfaces: &[Geometry],
     sizes: Sizes,
 ) -> SheetSizes {
     let size = |sheet: &Sheet<'_>, level: usize| match sizes {
         Sizes::Needed | Sizes::Budget(_) => {
-            halved(sheet.size, yardstick.unseen(surfaces, sheet.layout, sheet.size, level))
+            halved(sheet.size, texel_density.unseen(surfaces, sheet.layout, sheet.size, level))
         }
         Sizes::Scale(scale) => {
             let factor = scale.powi(level as i32 + 1);
             sheet.size.map(|side| ((side as f64 * factor).round() as usize).clamp(1, side))
         }
     };
-    let of = |sheet| (0..yardstick.levels()).map(|level| size(sheet, level)).collect();
+    let of = |sheet| (0..texel_density.levels()).map(|level| size(sheet, level)).collect();
     sheets.iter().map(of).collect()
 }
 
@@ -148,13 +148,13 @@ fn relay_all(
     sheets: &[Sheet<'_>],
     sizes: &mut SheetSizes,
     chains: &[Vec<Level>],
-    (yardstick, sources): (&Yardstick, &[Geometry]),
+    (texel_density, sources): (&TexelDensity, &[Geometry]),
 ) -> Result<Option<Chains>> {
     if !sheets.iter().any(|sheet| sheet.layout.is_new) {
         return Ok(None);
     }
-    let mut relaid = vec![Vec::new(); chains.len()];
-    for level in 0..yardstick.levels() {
+    let mut repacked = vec![Vec::new(); chains.len()];
+    for level in 0..texel_density.levels() {
         let mut surfaces: Vec<Level> = chains.iter().map(|chain| chain[level].clone()).collect();
         let layouts = sheets.chunk_by(|a, b| std::ptr::eq(a.layout, b.layout));
         let mut sizes = sizes.iter_mut();
@@ -164,22 +164,22 @@ fn relay_all(
                 continue;
             }
             let side = sizes.iter().flat_map(|sizes| sizes[level]).max().unwrap_or(1);
-            let density = own[0].densities(yardstick, sources);
+            let density = own[0].densities(texel_density, sources);
             let layout = (own[0].layout, &density[..]);
-            let times = relay(layout, &mut surfaces, yardstick.stretches(), side)?;
+            let times = repack_charts(layout, &mut surfaces, texel_density.stretches(), side)?;
             for sizes in sizes {
                 sizes[level] = sizes[level].map(|side| side * times);
             }
         }
-        relaid.iter_mut().zip(surfaces).for_each(|(chain, level)| chain.push(level));
+        repacked.iter_mut().zip(surfaces).for_each(|(chain, level)| chain.push(level));
     }
-    Ok(Some(relaid))
+    Ok(Some(repacked))
 }
 
 /// Everything that the images of all levels are made from.
 struct TextureMaker<'a> {
     origin: &'a Origin<'a>,
-    yardstick: Yardstick,
+    texel_density: TexelDensity,
     sheets: Vec<Sheet<'a>>,
     levels: Vec<LevelSurfaces<'a>>,
     options: &'a TransferOptions,
@@ -262,13 +262,13 @@ impl TextureMaker<'_> {
             let surfaces = self.origin.surfaces;
             let mut details: Vec<f64> = Vec::new();
             for (original, charts) in sheet.originals(self.origin)?.iter().zip(sheet.shown()) {
-                let area = self.yardstick.share(surfaces, &charts);
+                let area = self.texel_density.share(surfaces, &charts);
                 let own = original.picture.details();
                 details.resize(own.len(), 0.0);
                 details.iter_mut().zip(own).for_each(|(sum, lost)| *sum += area * lost);
             }
             for (level, made) in made.iter().enumerate() {
-                let unseen = self.yardstick.unseen(surfaces, sheet.layout, sheet.size, level);
+                let unseen = self.texel_density.unseen(surfaces, sheet.layout, sheet.size, level);
                 let (bytes, details) = (made.bytes() as f64, details.clone());
                 shares.push(Share { bytes, halvings: unseen, unseen, details });
             }
@@ -280,7 +280,10 @@ impl TextureMaker<'_> {
     fn assign(&self, plan: &Plan, made: Vec<Vec<Made>>) -> Result<Vec<LevelTextures>> {
         let surfaces = self.origin.surfaces;
         let shared = LevelTextures::shared(self.origin.images, surfaces);
-        let merged = plan.classes().flat_map(|class| class.materials.iter().copied()).collect();
+        let merged = plan
+            .merge_groups()
+            .flat_map(|merge_group| merge_group.materials.iter().copied())
+            .collect();
         let left = Leftovers::of(self.origin.asset, &merged)?.images.into_iter().collect();
         let mut levels = vec![LevelTextures { left, ..shared }; self.levels.len()];
         for sheet in made {
@@ -292,7 +295,7 @@ impl TextureMaker<'_> {
                 level.merged.extend(made.merged);
             }
         }
-        let relaid: Vec<&UvLayout> = plan.layouts.iter().filter(|layout| layout.is_new).collect();
+        let repacked: Vec<&UvLayout> = plan.layouts.iter().filter(|layout| layout.is_new).collect();
         for level in &mut levels {
             let gaining = level.normals.iter().flat_map(|own| own.materials.iter().copied());
             let merged =
@@ -306,12 +309,13 @@ impl TextureMaker<'_> {
                     (part.tangents, part.join) = (*set, *join);
                 }
             }
-            for (layout, charts) in relaid.iter().flat_map(|l| l.charts.iter().map(move |c| (l, c)))
+            for (layout, charts) in
+                repacked.iter().flat_map(|l| l.charts.iter().map(move |c| (l, c)))
             {
                 let part = &surfaces[charts.surface].parts[charts.group as usize];
-                level.parts[charts.surface][charts.group as usize].is_relaid = true;
-                if layout.class.is_none() {
-                    level.relaid.extend(materials_of(self.origin.asset, &part.primitive)?);
+                level.parts[charts.surface][charts.group as usize].is_repacked = true;
+                if layout.merge_group.is_none() {
+                    level.repacked.extend(materials_of(self.origin.asset, &part.primitive)?);
                 }
             }
         }

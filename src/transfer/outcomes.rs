@@ -68,12 +68,13 @@ impl Plan {
         let textures = materials.map(|(material, slots)| {
             let at = format!("/materials/{material}");
             let name = asset.json.pointer(&format!("{at}/name")).and_then(Value::as_str);
-            let class = self.classes().find(|class| class.materials.contains(&material));
+            let merge_group =
+                self.merge_groups().find(|merge_group| merge_group.materials.contains(&material));
             let textures = slots.iter().map(|slot| TextureFate {
                 texture: slot.at.trim_start_matches(&at).trim_start_matches('/').to_owned(),
                 image: slot.image,
-                fate: if class.is_some() { Fate::Merged } else { self.fate(slot.image) },
-                why: match class {
+                fate: if merge_group.is_some() { Fate::Merged } else { self.fate(slot.image) },
+                why: match merge_group {
                     Some(_) => None,
                     None => self.shared[slot.image].map(|why| why.to_string()),
                 },
@@ -84,7 +85,7 @@ impl Plan {
                 material,
                 name: name.map(str::to_owned),
                 textures: textures.collect(),
-                merged: class.map_or(Vec::new(), |class| class.materials.clone()),
+                merged: merge_group.map_or(Vec::new(), |merge_group| merge_group.materials.clone()),
                 apart: self.not_merged.get(&material).map(NotMerged::to_string).or(rest),
             }
         });

@@ -7,7 +7,7 @@ use seamwise_texture::Role;
 
 use super::image_uses::{Used, used_together, uses};
 use super::join_primitives::Joins;
-use super::layout::{Charts, Class, ImageUse, NewNormals, Shared, UvLayout};
+use super::layout::{Charts, ImageUse, MergeGroup, NewNormals, SharedReason, UvLayout};
 use super::merge_materials::{Merging, NotMerged};
 use super::options::Atlas;
 use crate::document::asset::Asset;
@@ -21,7 +21,7 @@ pub(crate) struct Plan {
     pub(crate) layouts: Vec<UvLayout>,
     pub(crate) normals: Vec<NewNormals>,
     /// One per image; `None` if it is made anew.
-    pub(crate) shared: Vec<Option<Shared>>,
+    pub(crate) shared: Vec<Option<SharedReason>>,
     /// Why materials stay by themselves, where they are to be merged.
     pub(crate) not_merged: BTreeMap<usize, NotMerged>,
     /// What parts become one primitive, one entry per surface and part.
@@ -30,8 +30,8 @@ pub(crate) struct Plan {
 
 impl Plan {
     /// The materials that are made of several.
-    pub(crate) fn classes(&self) -> impl Iterator<Item = &Class> {
-        self.layouts.iter().filter_map(|layout| layout.class.as_ref())
+    pub(crate) fn merge_groups(&self) -> impl Iterator<Item = &MergeGroup> {
+        self.layouts.iter().filter_map(|layout| layout.merge_group.as_ref())
     }
 
     /// Looks at who uses which image where.
@@ -41,8 +41,8 @@ impl Plan {
         if atlas == Atlas::Merged {
             merging = Merging::new(asset, surfaces, &slots)?;
             merging
-                .classes()
-                .flat_map(|class| &class.materials)
+                .merge_groups()
+                .flat_map(|merge_group| &merge_group.materials)
                 .for_each(|&own| slots[own].clear());
         }
         let uses = uses(asset, surfaces, &slots)?;
@@ -82,7 +82,7 @@ impl Plan {
                     wrap,
                     images: vec![own],
                     is_new: false,
-                    class: None,
+                    merge_group: None,
                 });
             }
         }
@@ -95,7 +95,7 @@ impl Plan {
         for images in used_together(uses) {
             if images.iter().any(|&image| plan.shared[image].is_some()) {
                 for image in images {
-                    plan.shared[image].get_or_insert(Shared::Tangled);
+                    plan.shared[image].get_or_insert(SharedReason::ConflictingUvs);
                 }
                 continue;
             }
@@ -115,7 +115,7 @@ impl Plan {
                 images: images.iter().map(own).collect(),
                 charts: groups.iter().map(anew).collect(),
                 is_new: true,
-                class: None,
+                merge_group: None,
             });
         }
         plan
@@ -182,8 +182,9 @@ impl Plan {
         let made = gained.map(|normals| &normals.charts);
         let old = self.normal_maps().map(|(layout, _)| &layout.charts);
         let has = |layout: &&UvLayout| {
-            let class = layout.class.as_ref();
-            class.is_some_and(|class| class.has_normals(gains(class.materials[0])))
+            let merge_group = layout.merge_group.as_ref();
+            merge_group
+                .is_some_and(|merge_group| merge_group.has_normals(gains(merge_group.materials[0])))
         };
         let merged = self.layouts.iter().filter(has).map(|layout| &layout.charts);
         for charts in old.chain(made).chain(merged).flatten() {
@@ -202,9 +203,9 @@ impl Plan {
                 }
             }
         }
-        let merged = self.layouts.iter().filter_map(|own| Some((own, own.class.as_ref()?)));
-        for (layout, class) in merged {
-            for own in class.outputs.iter().filter(|own| own.role == Role::Normal) {
+        let merged = self.layouts.iter().filter_map(|own| Some((own, own.merge_group.as_ref()?)));
+        for (layout, merge_group) in merged {
+            for own in merge_group.outputs.iter().filter(|own| own.role == Role::Normal) {
                 for (charts, folded) in layout.charts.iter().zip(&own.readings) {
                     let set = folded.source.map(|(_, reading)| reading.uv_set);
                     sets[charts.surface][charts.group as usize] = set;

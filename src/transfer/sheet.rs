@@ -10,12 +10,12 @@ use seamwise_texture::transfer::{Job, Output, Pair, Picture, Reading, Transferre
 use seamwise_texture::{Role, Validity, repair};
 
 use super::encode::store;
-use super::layout::{Charts, Class, ImageUse, NewNormals, SourceReading, UvLayout, faces};
+use super::layout::{Charts, ImageUse, MergeGroup, NewNormals, SourceReading, UvLayout, faces};
 use super::merged_images;
 use super::options::{BakeNormals, TransferOptions};
 use super::original::{Origin, Original};
 use super::plan::Plan;
-use super::sizes::Yardstick;
+use super::sizes::TexelDensity;
 use crate::error::{Error, Result};
 use crate::image_file::codec::{decode, open};
 use crate::image_file::encoded::EncodedImage;
@@ -74,8 +74,8 @@ pub(super) fn sheets<'a>(
     let mut sheets: Vec<Sheet<'a>> = Vec::new();
     for layout in &plan.layouts {
         let first = sheets.len();
-        if let Some(class) = &layout.class {
-            sheets.push(merged_sheet(origin, layout, class)?);
+        if let Some(merge_group) = &layout.merge_group {
+            sheets.push(merged_sheet(origin, layout, merge_group)?);
         }
         for own in &layout.images {
             let size = header_size(&origin.asset.images[own.image], own.image, origin.limit)?;
@@ -96,10 +96,14 @@ pub(super) fn sheets<'a>(
 }
 
 /// The sheet of a merged material, as large as the images together that it is made of.
-fn merged_sheet<'a>(origin: &Origin<'_>, layout: &'a UvLayout, class: &Class) -> Result<Sheet<'a>> {
+fn merged_sheet<'a>(
+    origin: &Origin<'_>,
+    layout: &'a UvLayout,
+    merge_group: &MergeGroup,
+) -> Result<Sheet<'a>> {
     let mut most: FxHashMap<usize, f64> = FxHashMap::default();
-    for output in &class.outputs {
-        for (material, folded) in class.chart_materials.iter().zip(&output.readings) {
+    for output in &merge_group.outputs {
+        for (material, folded) in merge_group.chart_materials.iter().zip(&output.readings) {
             let Some((image, _)) = folded.source else { continue };
             let [width, height] = header_size(&origin.asset.images[image], image, origin.limit)?;
             let most = most.entry(*material).or_default();
@@ -107,8 +111,8 @@ fn merged_sheet<'a>(origin: &Origin<'_>, layout: &'a UvLayout, class: &Class) ->
         }
     }
     let of = |material: &usize| most.get(material).copied();
-    let side = merged_images::side(class.materials.iter().map(of));
-    let texels = class.chart_materials.iter().map(of).collect();
+    let side = merged_images::side(merge_group.materials.iter().map(of));
+    let texels = merge_group.chart_materials.iter().map(of).collect();
     Ok(Sheet { layout, size: [side; 2], texels, images: Vec::new(), normals: Vec::new() })
 }
 
@@ -126,8 +130,8 @@ fn header_size(image: &EncodedImage, index: usize, limit: MemoryLimit) -> Result
 impl Sheet<'_> {
     /// The source's images, each with what its texels mean.
     fn pictures(&self) -> Vec<(usize, Role)> {
-        match &self.layout.class {
-            Some(class) => class.pictures(),
+        match &self.layout.merge_group {
+            Some(merge_group) => merge_group.pictures(),
             None => self.images.iter().map(|own| (own.image, own.role)).collect(),
         }
     }
@@ -155,9 +159,9 @@ impl Sheet<'_> {
     /// The charts that show each of the source's images.
     pub(super) fn shown(&self) -> Vec<Vec<Charts>> {
         let charts = &self.layout.charts;
-        let of = |picture: (usize, Role)| match &self.layout.class {
-            Some(class) => {
-                let is_shown = |at: &usize| class.shows(*at, picture);
+        let of = |picture: (usize, Role)| match &self.layout.merge_group {
+            Some(merge_group) => {
+                let is_shown = |at: &usize| merge_group.shows(*at, picture);
                 (0..charts.len()).filter(is_shown).map(|at| charts[at]).collect()
             }
             None => charts.clone(),
@@ -166,11 +170,15 @@ impl Sheet<'_> {
     }
 
     /// Texels per length of each entry of the charts; all 1 if it is empty.
-    pub(super) fn densities(&self, yardstick: &Yardstick, surfaces: &[Geometry]) -> Vec<f64> {
-        let Some(class) = &self.layout.class else { return Vec::new() };
-        let area = |charts| yardstick.used_area(surfaces, std::slice::from_ref(charts));
+    pub(super) fn densities(
+        &self,
+        texel_density: &TexelDensity,
+        surfaces: &[Geometry],
+    ) -> Vec<f64> {
+        let Some(merge_group) = &self.layout.merge_group else { return Vec::new() };
+        let area = |charts| texel_density.used_area(surfaces, std::slice::from_ref(charts));
         let areas: Vec<f64> = self.layout.charts.iter().map(area).collect();
-        merged_images::densities(&class.chart_materials, &areas, &self.texels)
+        merged_images::densities(&merge_group.chart_materials, &areas, &self.texels)
     }
 
     /// Makes the images for one level, `size` texels large. `rows` counts those that are done.
@@ -183,10 +191,10 @@ impl Sheet<'_> {
         rows: &AtomicUsize,
     ) -> Result<Made> {
         let (wrap, is_in_place) = (self.layout.wrap, !self.layout.is_new);
-        let class = self.layout.class.as_ref();
+        let merge_group = self.layout.merge_group.as_ref();
         let gains = options.bake_normals != BakeNormals::Off;
-        let outputs = match class {
-            Some(class) => merged_images::outputs(class, originals, gains),
+        let outputs = match merge_group {
+            Some(merge_group) => merged_images::outputs(merge_group, originals, gains),
             None => self.outputs(originals),
         };
         let faces = faces(&self.layout.charts, &level.meshes);
@@ -201,9 +209,10 @@ impl Sheet<'_> {
         let filled = images.into_par_iter().zip(outputs).map(fill).collect::<Result<Vec<_>>>()?;
         let is_lost = options.bake_normals == BakeNormals::On || normal_degrees_rms >= LOST;
         let format = (options.format, options.quality);
-        if let Some(class) = class {
+        if let Some(merge_group) = merge_group {
             let (had, gains) = (gains, gains && is_lost);
-            let merged = merged_images::finish(class, originals, (&filled, had), gains, format)?;
+            let merged =
+                merged_images::finish(merge_group, originals, (&filled, had), gains, format)?;
             let (images, normals) = (Vec::new(), Vec::new());
             return Ok(Made { size, images, normals, merged: Some(merged) });
         }

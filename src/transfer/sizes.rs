@@ -35,8 +35,8 @@ pub enum Sizes {
     Budget(u64),
 }
 
-/// What the sizes are reckoned from.
-pub(super) struct Yardstick {
+/// What the sizes are computed from.
+pub(super) struct TexelDensity {
     /// Diagonal of the asset's bounding box in the units of the scene.
     diagonal: f64,
     /// One per surface: area in the scene.
@@ -47,7 +47,7 @@ pub(super) struct Yardstick {
     pixels: Vec<f64>,
 }
 
-impl Yardstick {
+impl TexelDensity {
     /// `distances` has the RMS distance of each level of each surface, in the units of its mesh.
     pub(super) fn new(
         asset: &Asset,
@@ -71,14 +71,14 @@ impl Yardstick {
             areas.push(area(mesh, |_| true) * stretch * stretch);
             stretches.push(stretch);
         }
-        let mut yardstick =
+        let mut texel_density =
             Self { diagonal: (high - low).length(), areas, stretches, pixels: Vec::new() };
         let most = f64::from(screen.width.max(screen.height));
         let shown = |distances: &Vec<f32>| {
-            largest_size(screen.pixel_tolerance, yardstick.distance(distances)).min(most)
+            largest_size(screen.pixel_tolerance, texel_density.distance(distances)).min(most)
         };
-        yardstick.pixels = distances.iter().map(shown).collect();
-        Ok(yardstick)
+        texel_density.pixels = distances.iter().map(shown).collect();
+        Ok(texel_density)
     }
 
     /// RMS distance of a level over the diagonal.

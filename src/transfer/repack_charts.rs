@@ -23,7 +23,7 @@ const MOST_TIMES: usize = 64;
 ///
 /// # Errors
 /// [`Error::Unsupported`] if no atlas holds them.
-pub(super) fn relay(
+pub(super) fn repack_charts(
     (layout, density): (&UvLayout, &[f64]),
     levels: &mut [Level],
     stretches: &[f64],
@@ -88,7 +88,7 @@ impl Gathered {
         let mut known: FxHashMap<(usize, WedgeId), u32> = FxHashMap::default();
         for (index, charts) in layout.charts.iter().enumerate() {
             let reading = layout.reading(index);
-            if reading.is_none() && layout.class.is_none() {
+            if reading.is_none() && layout.merge_group.is_none() {
                 continue;
             }
             let mesh = &levels[charts.surface].mesh;
