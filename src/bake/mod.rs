@@ -206,7 +206,7 @@ fn own_textures(
     if let Some(repacked) = repacked {
         *chains = repacked;
     }
-    Ok((textures, plan.fates(origin.asset)?))
+    Ok((textures, plan.outcomes(origin.asset)?))
 }
 
 /// What became of each image, if they are to be repaired.

@@ -42,7 +42,7 @@ use layout::UvLayout;
 pub use merge_materials::NotMerged;
 pub use options::{Atlas, BakeNormals, TransferOptions};
 pub(crate) use original::Origin;
-pub use outcomes::{Fate, MaterialTextures, TextureFate};
+pub use outcomes::{MaterialTextures, Outcome, TextureOutcome};
 pub(crate) use plan::Plan;
 use repack_charts::repack_charts;
 use sampling::{Tags, level_tags, source_tags, sources};

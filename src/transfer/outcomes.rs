@@ -18,7 +18,7 @@ pub struct MaterialTextures {
     /// Its name, if it has one.
     pub name: Option<String>,
     /// Its textures.
-    pub textures: Vec<TextureFate>,
+    pub textures: Vec<TextureOutcome>,
     /// All materials that it is merged with, itself among them.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub merged: Vec<usize>,
@@ -36,13 +36,14 @@ impl MaterialTextures {
 
 /// What becomes of a texture.
 #[derive(Clone, Debug, Serialize)]
-pub struct TextureFate {
+pub struct TextureOutcome {
     /// Its place in the material.
     pub texture: String,
     /// Its image.
     pub image: usize,
     /// Where each level's own texels lie.
-    pub fate: Fate,
+    #[serde(rename = "fate")]
+    pub outcome: Outcome,
     /// Why it is shared, if it is.
     pub why: Option<String>,
 }
@@ -50,7 +51,7 @@ pub struct TextureFate {
 /// Where the texels of a level's texture lie.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Fate {
+pub enum Outcome {
     /// Where the source's are.
     InPlace,
     /// In a new atlas.
@@ -63,17 +64,21 @@ pub enum Fate {
 
 impl Plan {
     /// What becomes of the textures of each material.
-    pub(crate) fn fates(&self, asset: &Asset) -> Result<Vec<MaterialTextures>> {
+    pub(crate) fn outcomes(&self, asset: &Asset) -> Result<Vec<MaterialTextures>> {
         let materials = material_slots(asset)?.into_iter().enumerate();
         let textures = materials.map(|(material, slots)| {
             let at = format!("/materials/{material}");
             let name = asset.json.pointer(&format!("{at}/name")).and_then(Value::as_str);
             let merge_group =
                 self.merge_groups().find(|merge_group| merge_group.materials.contains(&material));
-            let textures = slots.iter().map(|slot| TextureFate {
+            let textures = slots.iter().map(|slot| TextureOutcome {
                 texture: slot.at.trim_start_matches(&at).trim_start_matches('/').to_owned(),
                 image: slot.image,
-                fate: if merge_group.is_some() { Fate::Merged } else { self.fate(slot.image) },
+                outcome: if merge_group.is_some() {
+                    Outcome::Merged
+                } else {
+                    self.outcome(slot.image)
+                },
                 why: match merge_group {
                     Some(_) => None,
                     None => self.shared[slot.image].map(|why| why.to_string()),
@@ -95,12 +100,12 @@ impl Plan {
         Ok(textures.filter(is_told).collect())
     }
 
-    fn fate(&self, image: usize) -> Fate {
+    fn outcome(&self, image: usize) -> Outcome {
         let is_own = |layout: &&UvLayout| layout.images.iter().any(|own| own.image == image);
         match self.layouts.iter().find(is_own) {
-            Some(layout) if layout.is_new => Fate::NewAtlas,
-            Some(_) => Fate::InPlace,
-            None => Fate::Shared,
+            Some(layout) if layout.is_new => Outcome::NewAtlas,
+            Some(_) => Outcome::InPlace,
+            None => Outcome::Shared,
         }
     }
 }
