@@ -39,7 +39,7 @@ use seamwise::import::read;
 use seamwise::transfer::BakeNormals;
 use seamwise_attr::{Mesh, Options, simplify_chain, weld};
 use seamwise_texture::transfer::{
-    Face, Job, Output, Pair, Picture, Reading, Side, Source, transfer,
+    Face, Job, Output, Pair, Picture, Reading, ShadingMesh, Source, transfer,
 };
 use seamwise_texture::{Role, Wrap};
 use serde_json::json;
@@ -258,7 +258,7 @@ fn speed(criterion: &mut Criterion) {
     let level = simplify_chain(&mesh, &[target], &Options::default(), &Default::default());
     let level = level.expect("a sound sphere").remove(0).mesh;
     let charts = vec![0; mesh.triangles.len()];
-    let side = |mesh| Side { mesh, tangents: &[], charts: &charts };
+    let side = |mesh| ShadingMesh { mesh, tangents: &[], charts: &charts };
     let source = Source::new(side(&mesh));
     let pairs = [Pair { source: &source, level: side(&level) }];
     let face = |triangle: usize| Face {

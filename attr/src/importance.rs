@@ -55,7 +55,7 @@ pub fn view_importance(mesh: &Mesh, to_world: &DMat4, view: &View) -> Vec<f32> {
 /// triangles. Borders have no angle.
 pub fn curvature_importance(mesh: &Mesh, strength: f64) -> Vec<f32> {
     let points = mesh.positions.len();
-    let (mut bends, mut areas) = (vec![0.0; points], vec![0.0; points]);
+    let (mut angle_sums, mut areas) = (vec![0.0; points], vec![0.0; points]);
     for triangle in 0..mesh.triangles.len() {
         let third = area_vector(mesh.triangle_positions(triangle)).length() / 6.0;
         mesh.triangle_points(triangle).iter().for_each(|point| areas[point.index()] += third);
@@ -64,18 +64,18 @@ pub fn curvature_importance(mesh: &Mesh, strength: f64) -> Vec<f32> {
         if let [(ends, first), (_, second)] = *sides {
             let length = mesh.positions[ends[0]].distance(mesh.positions[ends[1]]);
             let [a, b] = [first, second].map(|t| area_vector(mesh.triangle_positions(t)));
-            let bend = f64::from(length) * a.cross(b).length().atan2(a.dot(b));
-            ends.iter().for_each(|point| bends[point.index()] += bend);
+            let angle = f64::from(length) * a.cross(b).length().atan2(a.dot(b));
+            ends.iter().for_each(|point| angle_sums[point.index()] += angle);
         }
     });
     let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
     mesh.positions.iter().for_each(|&p| (low, high) = (low.min(p), high.max(p)));
     let radius = f64::from((high - low).max_element()) / 2.0;
-    let factor = |(bend, area): (f64, f64)| {
-        let curvature = if area > 0.0 { radius * bend / (4.0 * area) } else { 0.0 };
+    let factor = |(angle, area): (f64, f64)| {
+        let curvature = if area > 0.0 { radius * angle / (4.0 * area) } else { 0.0 };
         (1.0 + curvature).powf(strength) as f32
     };
-    bends.into_iter().zip(areas).map(factor).collect()
+    angle_sums.into_iter().zip(areas).map(factor).collect()
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use glam::Vec4;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use seamwise_attr::{DisjointSets, Level, Mesh, WedgeId};
-use seamwise_texture::transfer::{Side, Source};
+use seamwise_texture::transfer::{ShadingMesh, Source};
 
 use crate::document::asset::Asset;
 use crate::error::Result;
@@ -61,8 +61,8 @@ pub(super) fn sources<'a>(surfaces: &'a [Geometry], tags: &'a [Tags]) -> Vec<Sou
 
 impl Tags {
     /// Their mesh with them.
-    pub(super) fn side<'a>(&'a self, mesh: &'a Mesh) -> Side<'a> {
-        Side { mesh, tangents: &self.tangents, charts: &self.charts }
+    pub(super) fn side<'a>(&'a self, mesh: &'a Mesh) -> ShadingMesh<'a> {
+        ShadingMesh { mesh, tangents: &self.tangents, charts: &self.charts }
     }
 }
 

@@ -43,8 +43,8 @@
 //!
 //! # Transfer
 //!
-//! [`transfer`](mod@transfer) makes the images of a level anew: each texel is cast to the surface of
-//! the source and sampled there, and a normal map gets the shape that the level has lost.
+//! [`transfer`](mod@transfer) makes the images of a level anew: each texel takes the nearest place on the surface of
+//! the source and is sampled there, and a normal map gets the shape that the level has lost.
 //! [`repack`](fn@repack) lays charts out anew where their own layout tiles or overlaps.
 //!
 //! - S. Gortler, R. Grzeszczuk, R. Szeliski, M. Cohen, "The Lumigraph", SIGGRAPH 1996: pull-push for

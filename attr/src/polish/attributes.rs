@@ -4,7 +4,7 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use super::pairs::Pair;
-use super::sheet::Spot;
+use super::sheet::SurfacePoint;
 use super::system::{Element, Graph, System};
 use crate::buckets::Buckets;
 use crate::id::PointId;
@@ -76,14 +76,14 @@ pub(super) fn fit(
 }
 
 /// An attribute at a point of a mesh.
-fn value(mesh: &Mesh, spot: &Spot, attribute: usize) -> f64 {
-    let (wedges, b) = (mesh.triangles[spot.triangle], spot.barycentrics());
+fn value(mesh: &Mesh, point: &SurfacePoint, attribute: usize) -> f64 {
+    let (wedges, b) = (mesh.triangles[point.triangle], point.barycentrics());
     (0..3).map(|slot| f64::from(mesh.row(wedges[slot])[attribute]) * b[slot]).sum()
 }
 
-fn uv(mesh: &Mesh, spot: &Spot, set: usize) -> DVec2 {
+fn uv(mesh: &Mesh, point: &SurfacePoint, set: usize) -> DVec2 {
     let at = mesh.layout.uv(set);
-    DVec2::new(value(mesh, spot, at), value(mesh, spot, at + 1))
+    DVec2::new(value(mesh, point, at), value(mesh, point, at + 1))
 }
 
 /// Whether the UVs of a pair are nearer than half a triangle of the level: farther apart, they lie

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::sheet::{Sheet, Spot, neighbors};
+use super::sheet::{Sheet, SurfacePoint, neighbors};
 use crate::id::TriangleId;
 use crate::mesh::Mesh;
 use crate::sample::Samples;
@@ -35,8 +35,8 @@ impl<'a> Source<'a> {
 /// A point of the source and its counterpart on the level.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pair {
-    pub(super) source: Spot,
-    pub(super) level: Spot,
+    pub(super) source: SurfacePoint,
+    pub(super) level: SurfacePoint,
 }
 
 /// Samples of both surfaces, each with the nearest point of the other on the same side.
@@ -52,14 +52,14 @@ impl Pairs {
     /// out.
     pub(super) fn new(source: &Source<'_>, level: &Sheet<'_>, count: usize) -> Self {
         let surface = level.surface();
-        let mut all = pair(&source.sheet, count, |spot| {
-            let found = level.find(&surface, &source.sheet, &spot)?;
-            Some(Pair { source: spot, level: found })
+        let mut all = pair(&source.sheet, count, |point| {
+            let found = level.find(&surface, &source.sheet, &point)?;
+            Some(Pair { source: point, level: found })
         });
         let there = all.len();
-        all.extend(pair(level, count, |spot| {
-            let found = source.sheet.find(&source.surface, level, &spot)?;
-            Some(Pair { source: found, level: spot })
+        all.extend(pair(level, count, |point| {
+            let found = source.sheet.find(&source.surface, level, &point)?;
+            Some(Pair { source: found, level: point })
         }));
         Self { all, there }.without_far(source, level)
     }
@@ -93,7 +93,11 @@ impl Pairs {
 }
 
 /// What `meet` makes of `count` samples, in their order.
-fn pair(sheet: &Sheet<'_>, count: usize, meet: impl Fn(Spot) -> Option<Pair> + Sync) -> Vec<Pair> {
+fn pair(
+    sheet: &Sheet<'_>,
+    count: usize,
+    meet: impl Fn(SurfacePoint) -> Option<Pair> + Sync,
+) -> Vec<Pair> {
     let triangles: Vec<[u32; 3]> = sheet.triangles().collect();
     let samples = Samples::new(&sheet.mesh.positions, &triangles, count, SEED);
     (0..triangles.len())
@@ -101,8 +105,9 @@ fn pair(sheet: &Sheet<'_>, count: usize, meet: impl Fn(Spot) -> Option<Pair> + S
         .with_min_len(AT_ONCE)
         .map(TriangleId::new)
         .flat_map_iter(|triangle| {
-            let spots = samples.of(triangle).map(|s| Spot::new(s.triangle, s.barycentrics));
-            spots.filter_map(&meet)
+            let points =
+                samples.of(triangle).map(|s| SurfacePoint::new(s.triangle, s.barycentrics));
+            points.filter_map(&meet)
         })
         .collect()
 }

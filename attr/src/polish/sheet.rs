@@ -21,13 +21,13 @@ const STEPS: usize = 32;
 
 /// A point of a surface.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Spot {
+pub(super) struct SurfacePoint {
     pub(super) triangle: TriangleId,
     /// The barycentrics of the second and the third corner.
     weights: [f32; 2],
 }
 
-impl Spot {
+impl SurfacePoint {
     pub(super) fn new(triangle: TriangleId, barycentrics: DVec3) -> Self {
         Self { triangle, weights: [barycentrics.y as f32, barycentrics.z as f32] }
     }
@@ -85,9 +85,9 @@ impl<'a> Sheet<'a> {
     }
 
     /// Where a point lies.
-    pub(super) fn place(&self, spot: &Spot) -> DVec3 {
-        let [a, b, c] = self.mesh.triangle_positions(spot.triangle.index()).map(Vec3::as_dvec3);
-        let weights = spot.barycentrics();
+    pub(super) fn place(&self, point: &SurfacePoint) -> DVec3 {
+        let [a, b, c] = self.mesh.triangle_positions(point.triangle.index()).map(Vec3::as_dvec3);
+        let weights = point.barycentrics();
         a * weights.x + b * weights.y + c * weights.z
     }
 
@@ -97,17 +97,27 @@ impl<'a> Sheet<'a> {
     }
 
     /// The point of this surface, given as `surface` too, nearest to one of `other`, on the same side.
-    pub(super) fn find(&self, surface: &Surface, other: &Self, spot: &Spot) -> Option<Spot> {
-        let normal = other.normals[spot.triangle];
+    pub(super) fn find(
+        &self,
+        surface: &Surface,
+        other: &Self,
+        point: &SurfacePoint,
+    ) -> Option<SurfacePoint> {
+        let normal = other.normals[point.triangle];
         let found =
-            surface.closest_foot(other.place(spot), f64::INFINITY, |t| self.faces(t, normal))?;
-        Some(Spot::new(found.triangle, found.barycentrics))
+            surface.closest_foot(other.place(point), f64::INFINITY, |t| self.faces(t, normal))?;
+        Some(SurfacePoint::new(found.triangle, found.barycentrics))
     }
 
     /// The same, found from `start` by going to neighbors while they are nearer. Not always the
     /// nearest of all, but never farther than what `start` has.
-    pub(super) fn follow(&self, start: TriangleId, other: &Self, spot: &Spot) -> Spot {
-        let (p, normal) = (other.place(spot), other.normals[spot.triangle]);
+    pub(super) fn follow(
+        &self,
+        start: TriangleId,
+        other: &Self,
+        point: &SurfacePoint,
+    ) -> SurfacePoint {
+        let (p, normal) = (other.place(point), other.normals[point.triangle]);
         let closest = |t: TriangleId| {
             let corners = self.mesh.triangle_positions(t.index());
             let (weights, _, square) = closest_on_triangle(p, &corners);
@@ -127,7 +137,7 @@ impl<'a> Sheet<'a> {
             }
             best = nearer;
         }
-        Spot::new(best.2, best.1)
+        SurfacePoint::new(best.2, best.1)
     }
 }
 
@@ -148,12 +158,12 @@ mod tests {
         let surface = below.surface();
         let middle = DVec3::new(0.5, 0.3, 0.2);
         for t in 0..above.mesh.triangles.len() {
-            let spot = Spot::new(TriangleId::new(t), middle);
-            let nearest = below.find(&surface, &above, &spot).expect("a foot");
+            let point = SurfacePoint::new(TriangleId::new(t), middle);
+            let nearest = below.find(&surface, &above, &point).expect("a foot");
             let start = TriangleId::new(above.mesh.triangles.len() / 2);
-            let found = below.follow(start, &above, &spot);
+            let found = below.follow(start, &above, &point);
             assert_eq!(found.triangle, nearest.triangle);
-            assert!((above.place(&spot) - below.place(&found)).length() < 0.1 + 1e-6);
+            assert!((above.place(&point) - below.place(&found)).length() < 0.1 + 1e-6);
         }
     }
 

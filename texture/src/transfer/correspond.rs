@@ -19,7 +19,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 use seamwise_attr::{Mesh, Surface, TriangleId};
 
-use super::side::{Side, Spot};
+use super::shading_mesh::{ShadingMesh, SurfacePoint};
 
 /// Cosine between normals of the level and a source triangle's from which on it lies on the same side.
 const SAME_SIDE: f32 = 0.2;
@@ -45,7 +45,7 @@ pub(super) struct LevelPoint {
 /// A source, ready to be searched.
 #[derive(Clone, Debug)]
 pub struct Source<'a> {
-    pub(super) side: Side<'a>,
+    pub(super) side: ShadingMesh<'a>,
     surface: Surface,
     /// One per triangle.
     facets: Vec<Facet>,
@@ -61,7 +61,7 @@ struct Facet {
 
 impl<'a> Source<'a> {
     /// Builds the tree over the triangles of a surface.
-    pub fn new(side: Side<'a>) -> Self {
+    pub fn new(side: ShadingMesh<'a>) -> Self {
         let mesh = side.mesh;
         let points = (0..mesh.triangles.len())
             .map(|triangle| mesh.triangle_points(triangle).map(|point| point.0));
@@ -85,7 +85,11 @@ impl<'a> Source<'a> {
 
     /// The place that belongs to a point of a level; none if the group has no triangle. `guess` is a
     /// place that may be near, by which the search is shorter and finds the same.
-    pub(super) fn find(&self, point: &LevelPoint, guess: Option<Spot>) -> Option<Spot> {
+    pub(super) fn find(
+        &self,
+        point: &LevelPoint,
+        guess: Option<SurfacePoint>,
+    ) -> Option<SurfacePoint> {
         let LevelPoint { position, smooth, plane, group, chart, texel } = *point;
         // Vertex normals may point inward all over; a triangle is what has sides.
         let normal = if smooth.dot(plane) < 0.0 { -smooth } else { smooth };
@@ -112,7 +116,7 @@ impl<'a> Source<'a> {
             let own = |triangle| in_chart(triangle) && faces(triangle);
             nearest(near.point, SLIDE * texel, &own).unwrap_or(near)
         };
-        Some(Spot { triangle: near.triangle.index(), barycentrics: near.barycentrics })
+        Some(SurfacePoint { triangle: near.triangle.index(), barycentrics: near.barycentrics })
     }
 }
 
@@ -156,11 +160,11 @@ mod tests {
     }
 
     fn source(mesh: &Mesh) -> Source<'_> {
-        Source::new(Side { mesh, tangents: &[], charts: &[0; 4] })
+        Source::new(ShadingMesh { mesh, tangents: &[], charts: &[0; 4] })
     }
 
-    fn height(mesh: &Mesh, spot: Spot) -> f32 {
-        mesh.triangle_positions(spot.triangle)[0].z
+    fn height(mesh: &Mesh, point: SurfacePoint) -> f32 {
+        mesh.triangle_positions(point.triangle)[0].z
     }
 
     fn point(position: Vec3, normals: [Vec3; 2]) -> LevelPoint {
@@ -198,7 +202,7 @@ mod tests {
         let mut mesh = squares(&[0.1, 0.3]);
         mesh.groups.fill(0);
         let charts = [0, 0, 1, 1];
-        let source = Source::new(Side { mesh: &mesh, tangents: &[], charts: &charts });
+        let source = Source::new(ShadingMesh { mesh: &mesh, tangents: &[], charts: &charts });
         let found = |chart, texel| {
             let at = point(Vec3::new(0.3, 0.6, 0.15), [Vec3::Z; 2]);
             height(&mesh, source.find(&LevelPoint { chart, texel, ..at }, None).unwrap())
@@ -215,12 +219,12 @@ mod tests {
         let mut mesh = squares(&[0.1, 0.25, -0.3, 0.6]);
         mesh.groups.fill(0);
         let charts = [0; 8];
-        let source = Source::new(Side { mesh: &mesh, tangents: &[], charts: &charts });
+        let source = Source::new(ShadingMesh { mesh: &mesh, tangents: &[], charts: &charts });
         for step in 0..=20u8 {
             let at = point(Vec3::new(0.3, 0.6, 0.04 * f32::from(step)), [Vec3::Z; 2]);
             let alone = source.find(&at, None);
             for triangle in 0..8 {
-                let guess = Spot { triangle, barycentrics: Vec3::new(0.2, 0.3, 0.5) };
+                let guess = SurfacePoint { triangle, barycentrics: Vec3::new(0.2, 0.3, 0.5) };
                 assert_eq!(source.find(&at, Some(guess)), alone);
             }
             assert_eq!(source.find(&at, alone), alone);

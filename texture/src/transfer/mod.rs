@@ -25,7 +25,7 @@ mod correspond;
 mod owners;
 mod picture;
 mod row;
-mod side;
+mod shading_mesh;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -43,7 +43,7 @@ use row::{Maker, Row, write};
 
 pub use correspond::Source;
 pub use picture::Picture;
-pub use side::Side;
+pub use shading_mesh::ShadingMesh;
 
 /// Places along each side of a texel, at most.
 const MOST_PARTS: usize = 4;
@@ -58,7 +58,7 @@ pub struct Pair<'a> {
     /// What its texels come from.
     pub source: &'a Source<'a>,
     /// The level; its groups are the source's.
-    pub level: Side<'a>,
+    pub level: ShadingMesh<'a>,
 }
 
 /// A triangle of a level in the atlas.
@@ -164,7 +164,7 @@ pub fn transfer(job: &Job<'_>, rows: &AtomicUsize) -> Result<Transferred> {
     let mut made = vec![Vec::with_capacity(width * height); job.outputs.len()];
     let (lods, texels) = (job.lods(fine), job.texels());
     let maker = Maker { job, owners: &owners, parts, fine, lods, texels };
-    let (mut bend, mut bends) = (0.0, 0usize);
+    let (mut angle_sum, mut angle_count) = (0.0, 0usize);
     for first in (0..height).step_by(ROWS) {
         let rows_made: Vec<Row> = (first..(first + ROWS).min(height))
             .into_par_iter()
@@ -174,8 +174,8 @@ pub fn transfer(job: &Job<'_>, rows: &AtomicUsize) -> Result<Transferred> {
                 row
             })
             .collect();
-        bend += rows_made.iter().map(|row| row.bend).sum::<f64>();
-        bends += rows_made.iter().map(|row| row.bends).sum::<usize>();
+        angle_sum += rows_made.iter().map(|row| row.angle_sum).sum::<f64>();
+        angle_count += rows_made.iter().map(|row| row.angle_count).sum::<usize>();
         for (index, (image, output)) in images.iter_mut().zip(job.outputs).enumerate() {
             let own = index * width..(index + 1) * width;
             let values: Vec<&[Vec4]> =
@@ -187,7 +187,7 @@ pub fn transfer(job: &Job<'_>, rows: &AtomicUsize) -> Result<Transferred> {
     let validity = |made| Validity::from_flags(width, height, made);
     Ok(Transferred {
         images: images.into_iter().zip(made.into_iter().map(validity)).collect(),
-        normal_degrees_rms: (bend / bends.max(1) as f64).sqrt().to_degrees(),
+        normal_degrees_rms: (angle_sum / angle_count.max(1) as f64).sqrt().to_degrees(),
     })
 }
 

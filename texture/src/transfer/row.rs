@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::correspond::LevelPoint;
 use super::owners::{Owners, place_in};
-use super::side::Spot;
+use super::shading_mesh::SurfacePoint;
 use super::{Job, Reading};
 use crate::role::Role;
 use crate::samples::{Coding, Group, Sample};
@@ -39,11 +39,11 @@ pub(super) struct Row {
     /// One per value: whether there is one.
     pub(super) made: Vec<bool>,
     /// Sum of the squared angles between the source's shading normals and the level's own.
-    pub(super) bend: f64,
+    pub(super) angle_sum: f64,
     /// How many those are.
-    pub(super) bends: usize,
+    pub(super) angle_count: usize,
     /// The pair and the place of the part before.
-    last: Option<(u32, Spot)>,
+    last: Option<(u32, SurfacePoint)>,
 }
 
 impl Maker<'_> {
@@ -53,7 +53,7 @@ impl Maker<'_> {
         let outputs = self.job.outputs.len();
         let count = width * outputs;
         let (values, made) = (vec![Vec4::ZERO; count], vec![false; count]);
-        let mut row = Row { values, made, bend: 0.0, bends: 0, last: None };
+        let mut row = Row { values, made, angle_sum: 0.0, angle_count: 0, last: None };
         let mut sums = vec![Sum::default(); outputs];
         for x in 0..width {
             sums.fill(Sum::default());
@@ -75,8 +75,8 @@ impl Maker<'_> {
         let Some(index) = self.owners.of(at[0], at[1]) else { return };
         let face = &job.faces[index];
         let pair = &job.pairs[face.pair as usize];
-        let spot = |barycentrics| Spot { triangle: face.triangle as usize, barycentrics };
-        let [own, beyond] = place_in(face.uvs, at, self.fine, job.wrap).map(spot);
+        let point = |barycentrics| SurfacePoint { triangle: face.triangle as usize, barycentrics };
+        let [own, beyond] = place_in(face.uvs, at, self.fine, job.wrap).map(point);
         let unit = pair.level.smooth_normal(own).normalize_or_zero();
         let point = LevelPoint {
             position: pair.level.position(own),
@@ -89,7 +89,7 @@ impl Maker<'_> {
         let guess = row.last.filter(|last| last.0 == face.pair).map(|last| last.1);
         let Some(there) = pair.source.find(&point, guess) else { return };
         row.last = Some((face.pair, there));
-        let uvs = [own, beyond].map(|spot| face.uv(spot.barycentrics));
+        let uvs = [own, beyond].map(|point| face.uv(point.barycentrics));
         let step = if job.is_in_place { uvs[1] - uvs[0] } else { Vec2::ZERO };
         let outputs = job.outputs.iter().zip(sums).enumerate();
         for (at, (output, sum)) in outputs {
@@ -107,8 +107,8 @@ impl Maker<'_> {
                     let shading = pair.source.side.frame(there)
                         * scaled(read.map_or(Vec3::Z, vector), reading.normal_scale);
                     let shading = shading.normalize_or(unit);
-                    row.bend += f64::from(shading.angle_between(unit)).powi(2);
-                    row.bends += 1;
+                    row.angle_sum += f64::from(shading.angle_between(unit)).powi(2);
+                    row.angle_count += 1;
                     let mapped = into_frame(pair.level.frame(own), shading);
                     sum.add_vector(scaled(mapped, reading.level_normal_scale.recip()));
                 }

@@ -5,7 +5,7 @@ use seamwise_attr::Mesh;
 
 /// A place on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Spot {
+pub(super) struct SurfacePoint {
     /// The triangle.
     pub(super) triangle: usize,
     /// One per corner, sum 1.
@@ -14,7 +14,7 @@ pub(super) struct Spot {
 
 /// A mesh with the tangents that its normal maps are read by.
 #[derive(Clone, Copy, Debug)]
-pub struct Side<'a> {
+pub struct ShadingMesh<'a> {
     /// Positions, normals and UVs; a triangle's group tells which textures it uses.
     pub mesh: &'a Mesh,
     /// One triple per triangle, as [`compute_tangents`](seamwise_attr::compute_tangents) gives them;
@@ -24,14 +24,14 @@ pub struct Side<'a> {
     pub charts: &'a [u32],
 }
 
-impl Side<'_> {
+impl ShadingMesh<'_> {
     /// The position.
-    pub(super) fn position(&self, at: Spot) -> Vec3 {
+    pub(super) fn position(&self, at: SurfacePoint) -> Vec3 {
         mix(at.barycentrics, self.mesh.triangle_positions(at.triangle))
     }
 
     /// The UV in a set.
-    pub(super) fn uv(&self, at: Spot, set: usize) -> Vec2 {
+    pub(super) fn uv(&self, at: SurfacePoint, set: usize) -> Vec2 {
         let [a, b, c] = self.mesh.triangles[at.triangle].map(|wedge| self.mesh.uv(wedge, set));
         a * at.barycentrics.x + b * at.barycentrics.y + c * at.barycentrics.z
     }
@@ -46,7 +46,7 @@ impl Side<'_> {
 
     /// The vertex normal, interpolated and not made unit, as MikkTSpace asks; that of the plane where
     /// there is none.
-    pub(super) fn smooth_normal(&self, at: Spot) -> Vec3 {
+    pub(super) fn smooth_normal(&self, at: SurfacePoint) -> Vec3 {
         let layout = self.mesh.layout;
         if !layout.normal {
             return self.face_normal(at.triangle);
@@ -59,7 +59,7 @@ impl Side<'_> {
 
     /// From the space of a normal map to that of the mesh: tangent, bitangent and normal, interpolated
     /// and not made unit, as MikkTSpace asks.
-    pub(super) fn frame(&self, at: Spot) -> Mat3 {
+    pub(super) fn frame(&self, at: SurfacePoint) -> Mat3 {
         let normal = self.smooth_normal(at);
         let corners = self.tangents.get(at.triangle).copied().unwrap_or_default();
         let tangent = mix(at.barycentrics, corners.map(Vec4::truncate));
