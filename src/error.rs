@@ -22,7 +22,7 @@ pub enum Error {
         /// The place in the file: a JSON pointer in a glTF document, or the file's name.
         at: String,
     },
-    /// A file is well, but asks for something that this version can't do.
+    /// A file is valid but unsupported: it asks for something that this version can't do.
     #[error("{what} is not supported")]
     Unsupported {
         /// What it asks for.

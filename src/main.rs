@@ -1,6 +1,6 @@
 //! The command line: parse, run, exit.
 //!
-//! Exit codes: 0 all is well, 1 some inputs failed, 2 nothing could be done.
+//! Exit codes: 0 all went well, 1 some inputs failed, 2 nothing could be done.
 
 mod cli;
 mod commands;

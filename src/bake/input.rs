@@ -59,7 +59,9 @@ impl Input<'_> {
     /// The files beside the input that it names.
     pub(super) fn named_files(&self, asset: &Asset, options: ReadOptions) -> Vec<PathBuf> {
         match self {
-            Self::File(path) => import::document_files(&asset.json, options.reach(folder_of(path))),
+            Self::File(path) => {
+                import::document_files(&asset.json, options.uri_policy(folder_of(path)))
+            }
             Self::Bytes(..) => Vec::new(),
         }
     }

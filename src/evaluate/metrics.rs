@@ -46,9 +46,9 @@ pub struct Metrics {
     #[serde(skip)]
     pub distance_max_at: [f64; 3],
     /// From the reference to the candidate.
-    pub forward: Way,
+    pub forward: OneSidedDistance,
     /// From the candidate to the reference.
-    pub backward: Way,
+    pub backward: OneSidedDistance,
     /// RMS difference in sRGB base color at nearest points.
     pub color_rms: f64,
     /// RMS angle between shading normals at nearest points, in degrees.
@@ -89,7 +89,7 @@ pub struct ViewMetrics {
 
 /// Distances in one direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Way {
+pub struct OneSidedDistance {
     /// Root of the mean square.
     pub distance_rms: f64,
     /// Mean.
@@ -98,7 +98,7 @@ pub struct Way {
     pub distance_max: f64,
 }
 
-impl Way {
+impl OneSidedDistance {
     pub(super) fn new(distances: Distances, diagonal: f64) -> Self {
         Self {
             distance_rms: distances.rms / diagonal,

@@ -36,7 +36,7 @@ use seams::seam_bands;
 use views::{Seen, Views};
 use volume::{Measures, Soundness, check_soundness, measure};
 
-pub use metrics::{AtSwitch, Metrics, ViewMetrics, Way};
+pub use metrics::{AtSwitch, Metrics, OneSidedDistance, ViewMetrics};
 
 /// How thoroughly to look.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -165,7 +165,7 @@ impl<'a> Reference<'a> {
         let forward = correspond(&self.surface, &surface).ok_or_else(no_surface)?;
         let backward = correspond(&surface, &self.surface).ok_or_else(no_surface)?;
         let (there, back) = (forward.distances(), backward.distances());
-        let both = Way::new(there.symmetric(back), self.measures.diagonal);
+        let both = OneSidedDistance::new(there.symmetric(back), self.measures.diagonal);
         let looks = compare_appearance(self.scene, candidate, &forward, &backward).pooled;
         let (measures, soundness) =
             (measure(positions, triangles), check_soundness(positions, triangles));
@@ -192,8 +192,8 @@ impl<'a> Reference<'a> {
             distance_max_at: if there.max < back.max { &backward } else { &forward }
                 .farthest
                 .to_array(),
-            forward: Way::new(there, self.measures.diagonal),
-            backward: Way::new(back, self.measures.diagonal),
+            forward: OneSidedDistance::new(there, self.measures.diagonal),
+            backward: OneSidedDistance::new(back, self.measures.diagonal),
             color_rms: looks.color_rms,
             normal_degrees_rms: looks.normal_degrees_rms,
             volume_ratio: self.volume_ratio(&measures),

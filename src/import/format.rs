@@ -9,7 +9,7 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use super::options::ReadOptions;
-use super::uri::Reach;
+use super::uri::UriPolicy;
 use super::{obj, off, ply};
 use crate::document::asset::Asset;
 use crate::error::Result;
@@ -52,11 +52,11 @@ impl Format {
     }
 
     /// The other files that a file of this format names and may, as far as it can be read.
-    pub(crate) fn named_files(self, bytes: &[u8], reach: Reach<'_>) -> Vec<PathBuf> {
+    pub(crate) fn named_files(self, bytes: &[u8], uri_policy: UriPolicy<'_>) -> Vec<PathBuf> {
         match self {
-            Self::Obj => obj::named_files(bytes, reach),
+            Self::Obj => obj::named_files(bytes, uri_policy),
             Self::Off => Vec::new(),
-            Self::Ply => ply::named_files(bytes, reach),
+            Self::Ply => ply::named_files(bytes, uri_policy),
         }
     }
 }

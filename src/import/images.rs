@@ -9,7 +9,7 @@ use serde_json::json;
 
 use super::builder::Document;
 use super::options::ReadOptions;
-use super::uri::Reach;
+use super::uri::UriPolicy;
 use crate::error::{Error, Result};
 use crate::image_file::codec::{decode, detect_format, encode, open};
 use crate::image_file::encoded::{EncodedImage, ImageFormat};
@@ -20,7 +20,7 @@ const CLAMP_TO_EDGE: u32 = 33071;
 /// Textures of a document by the pictures that they show.
 #[derive(Debug)]
 pub(super) struct Pictures<'a> {
-    reach: Reach<'a>,
+    uri_policy: UriPolicy<'a>,
     options: ReadOptions,
     /// By file and whether reads stop at its edge.
     textures: FxHashMap<(PathBuf, bool), usize>,
@@ -33,7 +33,7 @@ pub(super) struct Pictures<'a> {
 impl<'a> Pictures<'a> {
     pub(super) fn new(folder: &'a Path, options: ReadOptions) -> Self {
         Self {
-            reach: options.reach(folder),
+            uri_policy: options.uri_policy(folder),
             options,
             textures: FxHashMap::default(),
             images: FxHashMap::default(),
@@ -53,7 +53,7 @@ impl<'a> Pictures<'a> {
         clamp: bool,
         at: &str,
     ) -> Result<usize> {
-        let path = find(self.reach, name).map_err(|what| Error::invalid(at, what))?;
+        let path = find(self.uri_policy, name).map_err(|what| Error::invalid(at, what))?;
         if let Some(texture) = self.textures.get(&(path.clone(), clamp)) {
             return Ok(*texture);
         }
@@ -84,7 +84,7 @@ impl<'a> Pictures<'a> {
     /// Whether a picture is of one gray value at each texel, as a map of heights is. One that can't
     /// be read is taken for colored: the error comes where it is used.
     pub(super) fn is_gray(&mut self, name: &str) -> bool {
-        let Ok(path) = find(self.reach, name) else { return false };
+        let Ok(path) = find(self.uri_policy, name) else { return false };
         if let Some(known) = self.grays.get(&path) {
             return *known;
         }
@@ -137,10 +137,10 @@ fn foreign_format(bytes: &[u8], path: &Path) -> Option<image::ImageFormat> {
 
 /// The file that a name stands for: in the folder or below, under its last part alone where the
 /// whole is of another machine. Says what is wrong with a name that leads outside.
-pub(super) fn find(reach: Reach<'_>, name: &str) -> std::result::Result<PathBuf, String> {
+pub(super) fn find(uri_policy: UriPolicy<'_>, name: &str) -> std::result::Result<PathBuf, String> {
     let name = name.replace('\\', "/");
-    let path = reach.file(&name);
-    let last = name.rsplit('/').next().and_then(|last| reach.file(last).ok());
+    let path = uri_policy.file(&name);
+    let last = name.rsplit('/').next().and_then(|last| uri_policy.file(last).ok());
     match last {
         Some(last) if !path.as_ref().is_ok_and(|path| path.is_file()) && last.is_file() => Ok(last),
         _ => path,

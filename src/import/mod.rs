@@ -25,7 +25,7 @@ use crate::image_file::encoded::{EncodedImage, ImageFormat};
 use crate::limit::Budget;
 use format::Format;
 use options::{ReadOptions, folder_of};
-use uri::{Reach, Resource};
+use uri::{Resource, UriPolicy};
 
 /// Required extensions that leave geometry and textures as core glTF has them, that the accessor
 /// layer reads, or that are made plain at reading.
@@ -124,7 +124,7 @@ fn read_document(bytes: &[u8], folder: &Path, options: ReadOptions) -> Result<As
     let mut asset = Asset { json, buffers: Vec::new(), images: Vec::new() };
     let mut budget = Budget::of(options.memory_limit);
     for index in 0..asset.count("buffers") {
-        let buffer = read_buffer(&asset, index, chunk.as_deref(), options.reach(folder))?;
+        let buffer = read_buffer(&asset, index, chunk.as_deref(), options.uri_policy(folder))?;
         let fault = |what| Error::invalid(format!("/buffers/{index}"), what);
         budget.take("all buffers", buffer.len() as u64).map_err(fault)?;
         asset.buffers.push(buffer);
@@ -154,18 +154,18 @@ fn parse(bytes: &[u8]) -> Result<(Value, Option<Cow<'_, [u8]>>)> {
 
 /// The other files that an asset's file names and may, as far as it can be read; `bytes` are its own.
 pub(crate) fn named_files(path: &Path, bytes: &[u8], allow_outside: bool) -> Vec<PathBuf> {
-    let reach = Reach { folder: folder_of(path), allow_outside };
+    let uri_policy = UriPolicy { folder: folder_of(path), allow_outside };
     if let Some(format) = Format::of(path) {
-        return format.named_files(bytes, reach);
+        return format.named_files(bytes, uri_policy);
     }
-    parse(bytes).map_or(Vec::new(), |(json, _)| document_files(&json, reach))
+    parse(bytes).map_or(Vec::new(), |(json, _)| document_files(&json, uri_policy))
 }
 
 /// The files that a document names and may.
-pub(crate) fn document_files(json: &Value, reach: Reach<'_>) -> Vec<PathBuf> {
+pub(crate) fn document_files(json: &Value, uri_policy: UriPolicy<'_>) -> Vec<PathBuf> {
     let list = |name: &str| json.get(name).and_then(Value::as_array).into_iter().flatten();
     let uris = list("buffers").chain(list("images")).filter_map(|object| object["uri"].as_str());
-    let file = |uri| match Resource::of(uri, "", reach) {
+    let file = |uri| match Resource::of(uri, "", uri_policy) {
         Ok(Resource::File(path)) => Some(path),
         _ => None,
     };
@@ -260,12 +260,12 @@ fn read_buffer(
     asset: &Asset,
     index: usize,
     chunk: Option<&[u8]>,
-    reach: Reach<'_>,
+    uri_policy: UriPolicy<'_>,
 ) -> Result<Vec<u8>> {
     let at = format!("/buffers/{index}");
     let buffer: json::Buffer = asset.parse(&at)?;
     let mut bytes = match (&buffer.uri, chunk) {
-        (Some(uri), _) => Resource::of(uri, &at, reach)?.read(&at)?,
+        (Some(uri), _) => Resource::of(uri, &at, uri_policy)?.read(&at)?,
         (None, Some(chunk)) if index == 0 => chunk.to_vec(),
         (None, _) if compression::is_fallback(&asset.json["buffers"][index]) => {
             return Ok(Vec::new());
@@ -291,7 +291,7 @@ fn read_image(
     let uri = asset.json.pointer(&at).and_then(|image| image.get("uri")).and_then(Value::as_str);
     let bytes = match (uri, asset.reference(&at, "bufferView", "bufferViews")?) {
         (Some(uri), _) => {
-            let resource = Resource::of(uri, &at, options.reach(folder))?;
+            let resource = Resource::of(uri, &at, options.uri_policy(folder))?;
             if options.allow_missing && resource.is_missing() {
                 return Ok(EncodedImage::missing());
             }

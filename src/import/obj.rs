@@ -21,7 +21,7 @@ use super::mtl::{self, Material};
 use super::options::ReadOptions;
 use super::polygon::triangulate;
 use super::text::{Line, decode, lines, shorten, words};
-use super::uri::Reach;
+use super::uri::UriPolicy;
 use crate::document::asset::Asset;
 use crate::error::{Error, Result};
 
@@ -46,17 +46,19 @@ pub(super) fn read(bytes: &[u8], folder: &Path, options: ReadOptions) -> Result<
 }
 
 /// The material files that an OBJ names, and the pictures that they name.
-pub(super) fn named_files(bytes: &[u8], reach: Reach<'_>) -> Vec<PathBuf> {
+pub(super) fn named_files(bytes: &[u8], uri_policy: UriPolicy<'_>) -> Vec<PathBuf> {
     let text = join_lines(decode(bytes));
     let libraries = lines(&text).map(Line::split).filter(|(key, _)| *key == "mtllib");
     let libraries: BTreeSet<PathBuf> = libraries
-        .flat_map(|(_, rest)| library_files(reach, rest))
+        .flat_map(|(_, rest)| library_files(uri_policy, rest))
         .filter_map(|(_, path)| path.ok())
         .collect();
     let read = |path: &PathBuf| mtl::parse(&std::fs::read(path).ok()?, "").ok();
     let materials: Vec<Material> = libraries.iter().filter_map(read).flatten().collect();
-    let maps =
-        materials.iter().flat_map(Material::maps).filter_map(|map| find(reach, &map.file).ok());
+    let maps = materials
+        .iter()
+        .flat_map(Material::maps)
+        .filter_map(|map| find(uri_policy, &map.file).ok());
     libraries.iter().cloned().chain(maps).collect()
 }
 
@@ -83,8 +85,8 @@ fn join_lines(text: Cow<'_, str>) -> Cow<'_, str> {
 type Named = (String, std::result::Result<PathBuf, String>);
 
 /// The files of a `mtllib` line: one whose name may hold spaces, or several.
-fn library_files(reach: Reach<'_>, rest: &str) -> Vec<Named> {
-    let file = |name: &str| (name.to_owned(), find(reach, name));
+fn library_files(uri_policy: UriPolicy<'_>, rest: &str) -> Vec<Named> {
+    let file = |name: &str| (name.to_owned(), find(uri_policy, name));
     let whole = file(rest);
     let is_there = whole.1.as_ref().is_ok_and(|path| path.is_file());
     if is_there { vec![whole] } else { rest.split_whitespace().map(file).collect() }
@@ -171,7 +173,7 @@ impl Reader {
         folder: &Path,
         options: ReadOptions,
     ) -> Result<()> {
-        for (name, path) in library_files(options.reach(folder), rest) {
+        for (name, path) in library_files(options.uri_policy(folder), rest) {
             let path = path.map_err(|what| line.error(what))?;
             if !self.libraries.insert(path.clone()) {
                 continue;

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use super::uri::Reach;
+use super::uri::UriPolicy;
 use crate::limit::MemoryLimit;
 
-/// What reading may take, and what it puts up with.
+/// The limits of reading, and what is tolerated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ReadOptions {
     /// Most memory that all buffers may take, all image files, and all geometry that is decompressed.
@@ -21,8 +21,8 @@ pub struct ReadOptions {
 
 impl ReadOptions {
     /// What files an asset in `folder` may name.
-    pub(crate) fn reach(self, folder: &Path) -> Reach<'_> {
-        Reach { folder, allow_outside: self.allow_outside }
+    pub(crate) fn uri_policy(self, folder: &Path) -> UriPolicy<'_> {
+        UriPolicy { folder, allow_outside: self.allow_outside }
     }
 }
 

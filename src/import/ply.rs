@@ -19,7 +19,7 @@ use super::builder::{Document, Part, Vertices};
 use super::images::{Pictures, find};
 use super::options::ReadOptions;
 use super::polygon::triangulate;
-use super::uri::Reach;
+use super::uri::UriPolicy;
 use crate::document::asset::Asset;
 use crate::error::{Error, Result};
 
@@ -58,9 +58,10 @@ pub(super) fn read(bytes: &[u8], folder: &Path, options: ReadOptions) -> Result<
 }
 
 /// The pictures that a PLY names.
-pub(super) fn named_files(bytes: &[u8], reach: Reach<'_>) -> Vec<PathBuf> {
+pub(super) fn named_files(bytes: &[u8], uri_policy: UriPolicy<'_>) -> Vec<PathBuf> {
     let header = Parser::<Skipped>::new().read_header(&mut Reader::new(bytes));
-    let files = |header| texture_files(&header).filter_map(|name| find(reach, name).ok()).collect();
+    let files =
+        |header| texture_files(&header).filter_map(|name| find(uri_policy, name).ok()).collect();
     header.map(files).unwrap_or_default()
 }
 

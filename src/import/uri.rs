@@ -16,14 +16,14 @@ use crate::error::Error;
 
 /// Where the files are that an asset names.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Reach<'a> {
+pub(crate) struct UriPolicy<'a> {
     /// The asset's folder, which names start from.
     pub(crate) folder: &'a Path,
     /// Whether a name may lead out of it.
     pub(crate) allow_outside: bool,
 }
 
-impl Reach<'_> {
+impl UriPolicy<'_> {
     /// The file of a name; says what is wrong with one that leads outside.
     pub(crate) fn file(self, name: &str) -> Result<PathBuf, String> {
         if self.allow_outside {
@@ -93,7 +93,7 @@ pub(crate) enum Resource {
 
 impl Resource {
     /// What the URI of the object at `at` names.
-    pub(crate) fn of(uri: &str, at: &str, reach: Reach<'_>) -> Result<Self, Error> {
+    pub(crate) fn of(uri: &str, at: &str, uri_policy: UriPolicy<'_>) -> Result<Self, Error> {
         let at = || format!("{at}/uri");
         if let Some(data) = uri.strip_prefix("data:") {
             let Some((_, data)) = data.split_once(";base64,") else {
@@ -108,12 +108,12 @@ impl Resource {
             .map_err(|_| Error::invalid(at(), "its file name is not UTF-8"))?;
         let path = match name.split_once(':') {
             Some((scheme, rest)) if scheme.eq_ignore_ascii_case("file") => {
-                reach.absolute(&name, rest)
+                uri_policy.absolute(&name, rest)
             }
             Some((_, rest)) if rest.starts_with("//") => {
                 return Err(Error::Unsupported { what: format!("{}: fetching {uri}", at()) });
             }
-            _ => reach.file(&name),
+            _ => uri_policy.file(&name),
         };
         path.map(Self::File).map_err(|what| Error::invalid(at(), what))
     }
@@ -139,7 +139,7 @@ mod tests {
     use super::*;
 
     fn file(name: &str, allow_outside: bool) -> Result<PathBuf, String> {
-        Reach { folder: Path::new("/assets/ship"), allow_outside }.file(name)
+        UriPolicy { folder: Path::new("/assets/ship"), allow_outside }.file(name)
     }
 
     #[test]
@@ -186,7 +186,7 @@ mod tests {
     #[test]
     fn a_file_uri_is_absolute() {
         let absolute = |rest: &str, allow_outside| {
-            Reach { folder: Path::new(""), allow_outside }.absolute("file:…", rest)
+            UriPolicy { folder: Path::new(""), allow_outside }.absolute("file:…", rest)
         };
         for rest in ["/etc/passwd", "///etc/passwd", "//localhost/etc/passwd"] {
             assert!(absolute(rest, false).is_err());
