@@ -10,7 +10,7 @@
 use std::time::Instant;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
-use seamwise_texture::{Part, Plane, Wrap, fill_holes};
+use seamwise_texture::{Plane, TexelRole, Wrap, fill_holes};
 
 /// A smooth field over the unit square, 0…1.
 fn field(x: usize, y: usize, size: usize) -> [f32; 3] {
@@ -25,13 +25,13 @@ fn is_valid(x: usize, y: usize) -> bool {
     x % 64 < 48 && y % 64 < 48 && y % 256 < 192
 }
 
-fn atlas(size: usize) -> (Plane, Vec<Part>) {
+fn atlas(size: usize) -> (Plane, Vec<TexelRole>) {
     let mut plane = Plane::new(size, size, 3);
     let mut parts = Vec::with_capacity(size * size);
     for y in 0..size {
         for x in 0..size {
             let valid = is_valid(x, y);
-            parts.push(if valid { Part::Source } else { Part::Hole });
+            parts.push(if valid { TexelRole::Source } else { TexelRole::Hole });
             let color = if valid { field(x, y, size) } else { [0.0; 3] };
             plane.texel_mut(x, y).copy_from_slice(&color);
         }
@@ -58,7 +58,7 @@ fn once(size: usize) {
     let start = Instant::now();
     fill_holes(&mut plane, &parts, [Wrap::Clamp; 2]);
     let seconds = start.elapsed().as_secs_f64();
-    let holes = (0..size * size).filter(|&at| parts[at] == Part::Hole);
+    let holes = (0..size * size).filter(|&at| parts[at] == TexelRole::Hole);
     let (mut sum, mut count) = (0.0, 0);
     for (x, y) in holes.map(|at| (at % size, at / size)) {
         for (is, should) in plane.texel(x, y).iter().zip(field(x, y, size)) {

@@ -11,12 +11,12 @@ use seamwise::evaluate::render::render_views;
 use seamwise::evaluate::scene::Mode;
 use seamwise::evaluate::scene::{Material, Scene, TextureRef};
 use seamwise_attr::{TangentInput, compute_tangents};
-use seamwise_texture::{Encoding, Mips, Wrap};
+use seamwise_texture::{ColorEncoding, Mips, Wrap};
 
 const VIEWS: usize = 6;
 
 /// Noise of 2048² texels.
-fn texture(seed: u32, encoding: Encoding) -> Option<TextureRef> {
+fn texture(seed: u32, encoding: ColorEncoding) -> Option<TextureRef> {
     let noise = |i: u32| (i ^ seed).wrapping_mul(2_654_435_761).rotate_left(15) as u8;
     let data: Vec<u8> = (0..2048 * 2048 * 4).map(noise).collect();
     let mips = Mips::from_rgba8(2048, 2048, &data, encoding).expect("the size is right");
@@ -25,11 +25,11 @@ fn texture(seed: u32, encoding: Encoding) -> Option<TextureRef> {
 }
 
 fn material() -> Material {
-    let packed = texture(2, Encoding::Linear);
+    let packed = texture(2, ColorEncoding::Linear);
     Material {
-        base_color_texture: texture(1, Encoding::Srgb),
+        base_color_texture: texture(1, ColorEncoding::Srgb),
         metallic_roughness_texture: packed.clone(),
-        normal_texture: texture(3, Encoding::Linear),
+        normal_texture: texture(3, ColorEncoding::Linear),
         normal_scale: 0.3,
         occlusion_texture: packed,
         ..Material::default()

@@ -33,7 +33,7 @@ use seamwise::evaluate::load::{TextureCache, load};
 use seamwise::evaluate::scene::Scene;
 use seamwise::evaluate::{self, Metrics, Reference};
 use seamwise::export::glb::to_glb;
-use seamwise::image_file::codec::{Encoding, decode, encode};
+use seamwise::image_file::codec::{EncodeOptions, decode, encode};
 use seamwise::image_file::encoded::EncodedImage;
 use seamwise::import::read;
 use seamwise::transfer::BakeNormals;
@@ -89,7 +89,7 @@ enum Question {
 /// The scene of an asset, with its atlases filled.
 fn clean_scene(mut asset: Asset, cache: &mut TextureCache) -> Scene {
     let repairs = repair_all(&asset, Default::default()).expect("sound atlases");
-    asset.images = encode_repaired(&asset, &repairs, Encoding::default()).expect("images");
+    asset.images = encode_repaired(&asset, &repairs, EncodeOptions::default()).expect("images");
     load(&asset, cache).expect("a sound model")
 }
 

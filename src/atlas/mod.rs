@@ -15,7 +15,7 @@ use crate::document::asset::Asset;
 use crate::document::material::{TextureSlot, main_role, material_slots, textures_of};
 use crate::document::primitive::Primitive;
 use crate::error::{Error, Result};
-use crate::image_file::codec::{Encoding, decode, encode_anew};
+use crate::image_file::codec::{EncodeOptions, decode, encode_anew};
 use crate::image_file::encoded::EncodedImage;
 use crate::limit::MemoryLimit;
 use crate::surface::geometry::check_size;
@@ -236,7 +236,7 @@ fn repair_one(
 pub fn encode_repaired(
     asset: &Asset,
     repairs: &[ImageRepair],
-    encoding: Encoding,
+    encoding: EncodeOptions,
 ) -> Result<Vec<EncodedImage>> {
     let finish = |(image, repair): (&EncodedImage, &ImageRepair)| match &repair.result {
         Ok(repaired) => encode_anew(&repaired.texels, image, encoding),
@@ -303,7 +303,7 @@ mod tests {
         assert_eq!(repaired.outcome.filled, repaired.validity.invalid());
         let reads = repaired.reads(Footprint::default()).mips;
         assert!(reads.len() == 4 && reads.iter().all(|mip| mip.invalid > 0));
-        let images = encode_repaired(&asset, &repairs, Encoding::default()).unwrap();
+        let images = encode_repaired(&asset, &repairs, EncodeOptions::default()).unwrap();
         assert!(images[0] != asset.images[0] && images[1..] == asset.images[1..]);
         let texels = decode(&images[0], "", MemoryLimit::default()).unwrap().to_rgb8();
         assert!(texels.pixels().all(|texel| texel.0 == [9, 90, 200]));

@@ -23,7 +23,7 @@ use crate::evaluate::{self, Reference};
 use crate::export::bundle::{Chain, Measured};
 use crate::export::disk::{refuse_overwriting, write_recorded};
 use crate::export::document::level_asset;
-use crate::image_file::codec::Encoding;
+use crate::image_file::codec::EncodeOptions;
 use crate::image_file::encoded::EncodedImage;
 use crate::level::textures::LevelTextures;
 use crate::level::{AssetLevel, LevelAssembly};
@@ -222,7 +222,7 @@ fn repair_images(asset: &Asset, options: &BakeOptions) -> Result<Option<Vec<Imag
 fn finish_images(asset: &Asset, repairs: Option<&[ImageRepair]>) -> Result<Vec<EncodedImage>> {
     match repairs {
         None => Ok(asset.images.clone()),
-        Some(repairs) => encode_repaired(asset, repairs, Encoding::default()),
+        Some(repairs) => encode_repaired(asset, repairs, EncodeOptions::default()),
     }
 }
 

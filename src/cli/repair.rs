@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use seamwise::image_file::codec::Encoding;
+use seamwise::image_file::codec::EncodeOptions;
 use seamwise::import::options::ReadOptions;
 use seamwise::limit::MemoryLimit;
 use seamwise::repair::options::{Background, MeshOptions, RepairOptions};
@@ -81,7 +81,7 @@ pub(crate) struct RepairArgs {
     #[command(flatten)]
     footprint: FootprintArgs,
     /// Quality of JPEGs that are written.
-    #[arg(long, default_value_t = Encoding::default().quality, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=100))]
+    #[arg(long, default_value_t = EncodeOptions::default().quality, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=100))]
     quality: u8,
     /// Write repaired JPEGs of an asset as PNGs, which lose nothing. A picture is written in the
     /// format of the output's extension.
@@ -145,7 +145,7 @@ impl RepairArgs {
             diff: self.diff.clone(),
             keep_padding: self.keep_padding.into(),
             equalize: self.equalize_seams.then(equalize::Options::default),
-            encoding: Encoding { quality: self.quality, png: self.png },
+            encoding: EncodeOptions { quality: self.quality, png: self.png },
             reading: ReadOptions { memory_limit, allow_outside, ..ReadOptions::default() },
         }
     }

@@ -11,7 +11,7 @@ use seamwise::evaluate::load::{TextureCache, load};
 use seamwise::evaluate::scene::Scene;
 use seamwise::evaluate::sheet::contact_sheet;
 use seamwise::export::disk::write_files;
-use seamwise::image_file::codec::{Encoding, encode};
+use seamwise::image_file::codec::{EncodeOptions, encode};
 use seamwise::image_file::encoded::ImageFormat;
 use seamwise::report::html::evaluate_page;
 use seamwise::report::pictures::Gallery;
@@ -105,7 +105,7 @@ fn load_reference(
         asset.images = encode_repaired(
             &asset,
             &repair_all(&asset, common.memory_limit)?,
-            Encoding::default(),
+            EncodeOptions::default(),
         )?;
     }
     load(&asset, cache)

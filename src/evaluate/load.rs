@@ -7,7 +7,7 @@ use gltf::json;
 use gltf::json::validation::Checked;
 use rustc_hash::FxHashMap;
 use seamwise_attr::{TangentInput, compute_tangents};
-use seamwise_texture::{Encoding, Mips, Role};
+use seamwise_texture::{ColorEncoding, Mips, Role};
 use serde_json::Value;
 
 use crate::document::asset::Asset;
@@ -46,7 +46,7 @@ impl TextureCache {
         }
         let texels = decode(image, at, self.limit)?.into_rgba8();
         let (width, height) = (texels.width() as usize, texels.height() as usize);
-        let encoding = if is_color { Encoding::Srgb } else { Encoding::Linear };
+        let encoding = if is_color { ColorEncoding::Srgb } else { ColorEncoding::Linear };
         let mips = Mips::from_rgba8(width, height, texels.as_raw(), encoding)
             .map_err(|error| Error::invalid(at, error.to_string()))?;
         let mips = Arc::new(mips);
@@ -67,7 +67,7 @@ fn neutral(role: Role) -> Result<Mips> {
         Role::Normal => [128, 128, 255, 255],
         Role::Color | Role::Data => [255; 4],
     };
-    Mips::from_rgba8(1, 1, &texel, Encoding::Linear).map_err(Error::internal)
+    Mips::from_rgba8(1, 1, &texel, ColorEncoding::Linear).map_err(Error::internal)
 }
 
 /// Flattens the default scene of an asset to world space. A skinned mesh stands in its bind pose,

@@ -153,7 +153,7 @@ mod tests {
 
     use glam::{Affine2, DVec3, Vec2, Vec3};
     use proptest::prelude::*;
-    use seamwise_texture::{Encoding, Mips, Plane, Wrap};
+    use seamwise_texture::{ColorEncoding, Mips, Plane, Wrap};
 
     use super::super::luminance::Difference;
     use super::super::scene::{Material, TextureRef};
@@ -170,7 +170,7 @@ mod tests {
     }
 
     /// A texture of one row of texels.
-    fn bytes(texels: &[[u8; 4]], encoding: Encoding) -> Option<TextureRef> {
+    fn bytes(texels: &[[u8; 4]], encoding: ColorEncoding) -> Option<TextureRef> {
         texture(Mips::from_rgba8(texels.len(), 1, texels.as_flattened(), encoding).unwrap())
     }
 
@@ -228,7 +228,7 @@ mod tests {
 
     #[test]
     fn a_constant_texture_gives_exactly_its_color() {
-        let base_color_texture = bytes(&[[200, 100, 50, 255]; 8], Encoding::Srgb);
+        let base_color_texture = bytes(&[[200, 100, 50, 255]; 8], ColorEncoding::Srgb);
         let image = look(&flat(Material { base_color_texture, ..material() }), Mode::Unlit);
         let expected = [200, 100, 50].map(seamwise_texture::color::srgb8_to_linear);
         assert!(image.rgb.iter().all(|pixel| *pixel == expected));
@@ -269,7 +269,7 @@ mod tests {
 
     #[test]
     fn a_texture_reads_the_uv_set_it_names() {
-        let mut base_color_texture = bytes(&[[0, 0, 0, 255], [255; 4]], Encoding::Linear);
+        let mut base_color_texture = bytes(&[[0, 0, 0, 255], [255; 4]], ColorEncoding::Linear);
         base_color_texture.as_mut().unwrap().uv_set = 1;
         let mut scene = flat(Material { base_color_texture, ..material() });
         scene.uvs[1].fill(Vec2::ONE);
@@ -290,7 +290,7 @@ mod tests {
 
     #[test]
     fn a_flat_normal_map_is_no_normal_map() {
-        let normal_texture = bytes(&[[128, 128, 255, 255]; 4], Encoding::Linear);
+        let normal_texture = bytes(&[[128, 128, 255, 255]; 4], ColorEncoding::Linear);
         let with = look(&flat(Material { normal_texture, ..material() }), Mode::Lit);
         let without = look(&flat(material()), Mode::Lit);
         assert!(Difference::between(&with, &without, &[]).rms() < 0.002);
@@ -299,7 +299,7 @@ mod tests {
     #[test]
     fn green_in_a_normal_map_leans_to_the_top_of_the_image() {
         // 0.6 up and 0.8 out, as 255·(1 + n)/2.
-        let normal_texture = bytes(&[[128, 204, 230, 255]; 4], Encoding::Linear);
+        let normal_texture = bytes(&[[128, 204, 230, 255]; 4], ColorEncoding::Linear);
         let mapped = look(&flat(Material { normal_texture, ..material() }), Mode::Lit);
         let mut leaning = flat(material());
         leaning.normals.fill(Vec3::new(0.0, 0.6, 0.8));
@@ -310,7 +310,7 @@ mod tests {
 
     #[test]
     fn a_mask_cuts_holes_and_blending_lets_through() {
-        let half = bytes(&[[255, 255, 255, 0], [255; 4]], Encoding::Srgb);
+        let half = bytes(&[[255, 255, 255, 0], [255; 4]], ColorEncoding::Srgb);
         let masked = |alpha| Material { base_color_texture: half.clone(), alpha, ..material() };
         let image = look(&flat(masked(Alpha::Mask(0.5))), Mode::Unlit);
         assert_eq!(image.coverage[..32], [[0; 16], [15; 16]].concat());
@@ -355,7 +355,7 @@ mod tests {
             alpha in prop_oneof![Just(Alpha::Opaque), Just(Alpha::Mask(0.3)), Just(Alpha::Blend)],
             bad in 0u32..6,
         ) {
-            let map = bytes(&[[9, 200, 77, 200], [255, 0, 3, 90]], Encoding::Linear);
+            let map = bytes(&[[9, 200, 77, 200], [255, 0, 3, 90]], ColorEncoding::Linear);
             let mut scene = flat(Material {
                 base_color_texture: map.clone(), metallic_roughness_texture: map.clone(),
                 occlusion_texture: map.clone(), emissive_texture: map.clone(), normal_texture: map,

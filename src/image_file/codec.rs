@@ -20,14 +20,14 @@ pub(crate) const RGBE: &[u8] = b"#?RGBE";
 
 /// How images are encoded anew.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Encoding {
+pub struct EncodeOptions {
     /// Quality of JPEGs, 1…100.
     pub quality: u8,
     /// Whether JPEGs become PNGs, and so lose nothing more.
     pub png: bool,
 }
 
-impl Default for Encoding {
+impl Default for EncodeOptions {
     /// JPEGs of quality 95, where a second generation is hard to tell from the first.
     fn default() -> Self {
         Self { quality: 95, png: false }
@@ -90,7 +90,7 @@ pub(crate) fn detect_format(bytes: &[u8]) -> Option<image::ImageFormat> {
 /// # Errors
 /// [`Error::Internal`] if the encoder can't take such texels.
 pub fn encode(image: &DynamicImage, format: ImageFormat) -> Result<EncodedImage> {
-    encode_with(image, &Metadata::default(), format, Encoding::default())
+    encode_with(image, &Metadata::default(), format, EncodeOptions::default())
 }
 
 /// Encodes what an image became, with what else its file holds. A PNG with a palette has one again if
@@ -101,7 +101,7 @@ pub fn encode(image: &DynamicImage, format: ImageFormat) -> Result<EncodedImage>
 pub(crate) fn encode_anew(
     image: &DynamicImage,
     original: &EncodedImage,
-    encoding: Encoding,
+    encoding: EncodeOptions,
 ) -> Result<EncodedImage> {
     let metadata = match original.format.codec() {
         None => Metadata::default(),
@@ -129,7 +129,7 @@ pub(crate) fn encode_with(
     image: &DynamicImage,
     metadata: &Metadata,
     format: ImageFormat,
-    encoding: Encoding,
+    encoding: EncodeOptions,
 ) -> Result<EncodedImage> {
     let (format, codec) = match format.codec() {
         Some(codec) => (format, codec),

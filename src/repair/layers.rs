@@ -12,7 +12,7 @@
 use exr::prelude::{FlatSamples, Vec2, f16};
 use image::DynamicImage;
 use seamwise_texture::equalize::{Equalized, Options, Seam, equalize_plane};
-use seamwise_texture::{Outcome, Part, Plane, Role, Validity, agreeing_padding, fill_holes};
+use seamwise_texture::{Outcome, Plane, Role, TexelRole, Validity, agreeing_padding, fill_holes};
 
 use super::channels::{group_picture, groups, is_integer, pictured};
 use super::smaller::{scale_layer, scale_window};
@@ -160,7 +160,7 @@ fn fill_layer(layer: &mut AnyLayer, validity: &Validity) -> (Validity, Outcome) 
     for group in groups(channels) {
         let parts = parts(channels, &group, validity);
         let filled = fill_group(channels, &group, size, &parts);
-        for (texel, _) in parts.iter().enumerate().filter(|(_, part)| **part == Part::Hole) {
+        for (texel, _) in parts.iter().enumerate().filter(|(_, part)| **part == TexelRole::Hole) {
             trusted[texel] = false;
             remaining[texel] |= !filled;
         }
@@ -171,7 +171,7 @@ fn fill_layer(layer: &mut AnyLayer, validity: &Validity) -> (Validity, Outcome) 
     (trusted, Outcome { filled, remaining })
 }
 
-fn parts(channels: &[Channel], group: &[usize], validity: &Validity) -> Vec<Part> {
+fn parts(channels: &[Channel], group: &[usize], validity: &Validity) -> Vec<TexelRole> {
     let finite = |texel: usize| {
         group.iter().all(|&channel| match &channels[channel].sample_data {
             FlatSamples::F16(samples) => samples[texel].is_finite(),
@@ -180,7 +180,7 @@ fn parts(channels: &[Channel], group: &[usize], validity: &Validity) -> Vec<Part
         })
     };
     let part = |(texel, &valid): (usize, &bool)| {
-        if valid && finite(texel) { Part::Source } else { Part::Hole }
+        if valid && finite(texel) { TexelRole::Source } else { TexelRole::Hole }
     };
     validity.flags().iter().enumerate().map(part).collect()
 }
@@ -238,12 +238,12 @@ fn fill_group(
     channels: &mut [Channel],
     group: &[usize],
     [width, height]: [usize; 2],
-    parts: &[Part],
+    parts: &[TexelRole],
 ) -> bool {
     let mut plane = Plane::new(width, height, group.len());
     for (&channel, offset) in group.iter().zip(0..) {
         let texels = plane.data_mut().chunks_exact_mut(group.len()).zip(parts).enumerate();
-        for (texel, (values, _)) in texels.filter(|(_, (_, part))| **part == Part::Source) {
+        for (texel, (values, _)) in texels.filter(|(_, (_, part))| **part == TexelRole::Source) {
             values[offset] = channels[channel].sample_data.value_by_flat_index(texel).to_f32();
         }
     }
@@ -252,7 +252,7 @@ fn fill_group(
     }
     for (&channel, offset) in group.iter().zip(0..) {
         let texels = plane.data().chunks_exact(group.len()).zip(parts).enumerate();
-        for (texel, (values, _)) in texels.filter(|(_, (_, part))| **part == Part::Hole) {
+        for (texel, (values, _)) in texels.filter(|(_, (_, part))| **part == TexelRole::Hole) {
             write_sample(&mut channels[channel], texel, values[offset]);
         }
     }

@@ -29,7 +29,7 @@ use crate::document::asset::Asset;
 use crate::error::{Error, Result};
 use crate::export::disk::{refuse_overwriting, write_files};
 use crate::export::glb::to_glb;
-use crate::image_file::codec::{Encoding, detect_format};
+use crate::image_file::codec::{EncodeOptions, detect_format};
 use crate::image_file::encoded::{self, EncodedImage};
 use crate::image_file::metadata::png_widening;
 use crate::image_file::picture::{LOSSLESSLY, reencoded};
@@ -202,7 +202,7 @@ fn asset_image(asset: &Asset, repair: &ImageRepair, options: &RepairOptions) -> 
 }
 
 /// What is to be said about the encoding of an asset's image that was repaired.
-fn encoding_notes(before: &EncodedImage, encoding: Encoding) -> Vec<String> {
+fn encoding_notes(before: &EncodedImage, encoding: EncodeOptions) -> Vec<String> {
     let note = match before.format {
         encoded::ImageFormat::Png => png_widening(&before.bytes),
         encoded::ImageFormat::Ktx2 => Some("it becomes a PNG".to_owned()),

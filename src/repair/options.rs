@@ -8,7 +8,7 @@ use seamwise_texture::{Footprint, Role};
 
 use crate::atlas::AtlasOptions;
 use crate::error::{Error, Result};
-use crate::image_file::codec::Encoding;
+use crate::image_file::codec::EncodeOptions;
 use crate::import::options::ReadOptions;
 
 /// What tells the valid texels of a picture, and what they mean. An asset knows both by itself.
@@ -39,7 +39,7 @@ pub struct RepairOptions {
     /// may take.
     pub reading: ReadOptions,
     /// How images are encoded.
-    pub encoding: Encoding,
+    pub encoding: EncodeOptions,
 }
 
 impl RepairOptions {

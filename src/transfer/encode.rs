@@ -6,7 +6,7 @@ use image::DynamicImage;
 use seamwise_texture::Role;
 
 use crate::error::Result;
-use crate::image_file::codec::{Encoding, encode_anew, encode_with};
+use crate::image_file::codec::{EncodeOptions, encode_anew, encode_with};
 use crate::image_file::encoded::{EncodedImage, ImageFormat};
 use crate::image_file::metadata::Metadata;
 use crate::image_file::palette::{has_palette, reduce};
@@ -36,20 +36,20 @@ pub(super) fn store(
     (format, quality): (TextureFormat, u8),
 ) -> Result<EncodedImage> {
     let plain = |image: &DynamicImage, format| {
-        encode_with(image, &Metadata::default(), format, Encoding { quality, png: false })
+        encode_with(image, &Metadata::default(), format, EncodeOptions { quality, png: false })
     };
     let is_small = image.color().bytes_per_pixel() == image.color().channel_count();
     match (format, before) {
         (TextureFormat::Keep, Some(before)) => {
             let few = (role == Role::Color && has_palette(&before.bytes)).then(|| reduce(image));
             let image = few.flatten().map_or(Cow::Borrowed(image), Cow::Owned);
-            encode_anew(&image, before, Encoding { quality, png: false })
+            encode_anew(&image, before, EncodeOptions { quality, png: false })
         }
         (TextureFormat::Jpeg, _) if role == Role::Color && is_small && is_opaque(image) => {
             plain(&image.to_rgb8().into(), ImageFormat::Jpeg)
         }
         (TextureFormat::WebP, _) if is_small => plain(image, ImageFormat::WebP),
-        (_, Some(before)) => encode_anew(image, before, Encoding { quality, png: true }),
+        (_, Some(before)) => encode_anew(image, before, EncodeOptions { quality, png: true }),
         (_, None) => plain(image, ImageFormat::Png),
     }
 }

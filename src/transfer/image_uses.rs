@@ -4,7 +4,7 @@ use seamwise_attr::Mesh;
 use seamwise_texture::transfer::{Face, overlap};
 use seamwise_texture::{Role, Wrap};
 
-use super::layout::{Charts, ImageUse, SharedReason, SourceReading, faces};
+use super::layout::{ChartGroup, ImageUse, SharedReason, SourceReading, faces};
 use crate::document::asset::Asset;
 use crate::document::material::{TextureSlot, main_role, textures_of};
 use crate::document::primitive::Primitive;
@@ -42,7 +42,7 @@ pub(super) fn used_together(uses: &[Used]) -> Vec<Vec<usize>> {
 pub(super) struct Used {
     pub(super) role: Role,
     pub(super) wrap: [Wrap; 2],
-    pub(super) charts: Vec<Charts>,
+    pub(super) charts: Vec<ChartGroup>,
     /// One per entry of `charts`.
     pub(super) readings: Vec<SourceReading>,
     is_used: bool,
@@ -59,7 +59,7 @@ impl Used {
     }
 
     fn add_charts(&mut self, surface: usize, group: u32, slot: &TextureSlot, mesh: &Mesh) {
-        let charts = Charts { surface, group, uv_set: slot.uv_set, transform: slot.transform };
+        let charts = ChartGroup { surface, group, uv_set: slot.uv_set, transform: slot.transform };
         if slot.uv_set >= mesh.layout.uv_sets {
             self.lacks_uvs = true;
         } else if !self.charts.contains(&charts) {

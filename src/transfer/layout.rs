@@ -10,7 +10,7 @@ use crate::document::material::TextureSlot;
 
 /// Triangles of a group as they read an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Charts {
+pub(crate) struct ChartGroup {
     /// Index among the surfaces.
     pub(crate) surface: usize,
     /// Their group in it.
@@ -19,7 +19,7 @@ pub(crate) struct Charts {
     pub(crate) transform: Affine2,
 }
 
-impl Charts {
+impl ChartGroup {
     /// Whether a texture is read as they are.
     pub(crate) fn reads_like(&self, slot: &TextureSlot) -> bool {
         self.uv_set == slot.uv_set && self.transform == slot.transform
@@ -30,7 +30,7 @@ impl Charts {
 #[derive(Clone, Debug)]
 pub(crate) struct UvLayout {
     /// How the level reads them.
-    pub(crate) charts: Vec<Charts>,
+    pub(crate) charts: Vec<ChartGroup>,
     pub(crate) wrap: [Wrap; 2],
     pub(crate) images: Vec<ImageUse>,
     /// Whether the level's charts are laid out anew.
@@ -98,7 +98,7 @@ pub enum SharedReason {
 /// A normal map for materials that have none, in the layout of another of their images.
 #[derive(Clone, Debug)]
 pub(crate) struct NewNormals {
-    pub(crate) charts: Vec<Charts>,
+    pub(crate) charts: Vec<ChartGroup>,
     pub(crate) materials: Vec<usize>,
     /// JSON pointer of the texture info that it is read like.
     pub(crate) like: String,
@@ -107,8 +107,8 @@ pub(crate) struct NewNormals {
 }
 
 /// The triangles of charts, those of each surface in `meshes`; a reading is an index of `charts`.
-pub(crate) fn faces(charts: &[Charts], meshes: &[&Mesh]) -> Vec<Face> {
-    let of = |(reading, charts): (u32, &Charts)| {
+pub(crate) fn faces(charts: &[ChartGroup], meshes: &[&Mesh]) -> Vec<Face> {
+    let of = |(reading, charts): (u32, &ChartGroup)| {
         let mesh = meshes[charts.surface];
         let own = (0..mesh.triangles.len()).filter(|&t| mesh.groups[t] == charts.group);
         let face = |triangle: usize| Face {

@@ -12,7 +12,7 @@ use gltf::json::validation::Checked;
 use seamwise_texture::{Role, Wrap};
 use serde_json::{Value, json};
 
-use super::layout::{BakedReading, BakedTexture, Charts, MergeGroup, SourceReading, UvLayout};
+use super::layout::{BakedReading, BakedTexture, ChartGroup, MergeGroup, SourceReading, UvLayout};
 use crate::document::material::TextureSlot;
 use crate::surface::geometry::Geometry;
 
@@ -89,7 +89,7 @@ pub(super) fn layout(
 ) -> UvLayout {
     let (mut charts, mut chart_inputs) = (Vec::new(), Vec::new());
     for (index, input) in inputs.iter().enumerate() {
-        let anew = |&(surface, group): &(usize, u32)| Charts {
+        let anew = |&(surface, group): &(usize, u32)| ChartGroup {
             surface,
             group,
             uv_set: 0,

@@ -2,7 +2,7 @@
 
 use super::encode::TextureFormat;
 use super::sizes::Sizes;
-use crate::image_file::codec::Encoding;
+use crate::image_file::codec::EncodeOptions;
 
 /// Where the textures of levels are laid out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -51,7 +51,7 @@ impl Default for TransferOptions {
             sizes: Sizes::default(),
             bake_normals: BakeNormals::default(),
             format: TextureFormat::default(),
-            quality: Encoding::default().quality,
+            quality: EncodeOptions::default().quality,
         }
     }
 }

@@ -7,7 +7,7 @@ use seamwise_texture::Role;
 
 use super::image_uses::{Used, used_together, uses};
 use super::join_primitives::Joins;
-use super::layout::{Charts, ImageUse, MergeGroup, NewNormals, SharedReason, UvLayout};
+use super::layout::{ChartGroup, ImageUse, MergeGroup, NewNormals, SharedReason, UvLayout};
 use super::merge_materials::{Merging, NotMerged};
 use super::options::Atlas;
 use crate::document::asset::Asset;
@@ -104,7 +104,7 @@ impl Plan {
             groups.sort_unstable();
             groups.dedup();
             let own = |&image: &usize| uses[image].image_use(image, &groups);
-            let anew = |&(surface, group): &(usize, u32)| Charts {
+            let anew = |&(surface, group): &(usize, u32)| ChartGroup {
                 surface,
                 group,
                 uv_set: 0,

@@ -10,7 +10,7 @@ use seamwise_texture::transfer::{Job, Output, Pair, Picture, Reading, Transferre
 use seamwise_texture::{Role, Validity, repair};
 
 use super::encode::store;
-use super::layout::{Charts, ImageUse, MergeGroup, NewNormals, SourceReading, UvLayout, faces};
+use super::layout::{ChartGroup, ImageUse, MergeGroup, NewNormals, SourceReading, UvLayout, faces};
 use super::merged_images;
 use super::options::{BakeNormals, TransferOptions};
 use super::original::{Origin, Original};
@@ -157,7 +157,7 @@ impl Sheet<'_> {
     }
 
     /// The charts that show each of the source's images.
-    pub(super) fn shown(&self) -> Vec<Vec<Charts>> {
+    pub(super) fn shown(&self) -> Vec<Vec<ChartGroup>> {
         let charts = &self.layout.charts;
         let of = |picture: (usize, Role)| match &self.layout.merge_group {
             Some(merge_group) => {
@@ -250,7 +250,8 @@ impl Sheet<'_> {
             Output { role: own.role, color: original.color, readings }
         });
         let new = self.normals.iter().map(|normals| {
-            let reading = |charts: &Charts| normals.charts.contains(charts).then(Reading::default);
+            let reading =
+                |charts: &ChartGroup| normals.charts.contains(charts).then(Reading::default);
             let readings = charts.iter().map(reading).collect();
             Output { role: Role::Normal, color: ColorType::Rgb8, readings }
         });

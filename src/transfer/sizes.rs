@@ -13,7 +13,7 @@ use glam::DVec3;
 use seamwise_attr::{Mesh, area_vector};
 use seamwise_texture::transfer::Face;
 
-use super::layout::{Charts, UvLayout, faces};
+use super::layout::{ChartGroup, UvLayout, faces};
 use crate::document::asset::Asset;
 use crate::document::nodes::{largest_stretch, mesh_worlds};
 use crate::error::Result;
@@ -115,13 +115,13 @@ impl TexelDensity {
     }
 
     /// The share of the asset's surface that charts lie on.
-    pub(super) fn share(&self, surfaces: &[Geometry], charts: &[Charts]) -> f64 {
+    pub(super) fn share(&self, surfaces: &[Geometry], charts: &[ChartGroup]) -> f64 {
         self.used_area(surfaces, charts) / self.areas.iter().sum::<f64>()
     }
 
     /// The area in the scene that charts lie on.
-    pub(super) fn used_area(&self, surfaces: &[Geometry], charts: &[Charts]) -> f64 {
-        let of = |charts: &Charts| {
+    pub(super) fn used_area(&self, surfaces: &[Geometry], charts: &[ChartGroup]) -> f64 {
+        let of = |charts: &ChartGroup| {
             let own = area(&surfaces[charts.surface].welded.mesh, |group| group == charts.group);
             own * self.stretches[charts.surface].powi(2)
         };
@@ -130,7 +130,7 @@ impl TexelDensity {
 }
 
 /// The share of an image that charts of the source cover.
-fn covered(surfaces: &[Geometry], charts: &[Charts]) -> f64 {
+fn covered(surfaces: &[Geometry], charts: &[ChartGroup]) -> f64 {
     let meshes: Vec<&Mesh> = surfaces.iter().map(|surface| &surface.welded.mesh).collect();
     let area = |face: &Face| {
         let [a, b, c] = face.uvs.map(glam::Vec2::as_dvec2);

@@ -10,7 +10,7 @@ use crate::common::tiffs;
 use exr::prelude::{Compression, FlatImage, LineOrder, ReadChannels, ReadLayers};
 use image::{ColorType, DynamicImage, ImageDecoder, ImageFormat};
 use png::BitDepth;
-use seamwise::image_file::codec::Encoding;
+use seamwise::image_file::codec::EncodeOptions;
 use seamwise::image_file::encoded;
 use seamwise::repair::options::{Background, RepairOptions};
 use seamwise::repair::repair_bytes;
@@ -154,7 +154,7 @@ fn icc_of(bytes: &[u8]) -> Option<Vec<u8>> {
 fn a_jpeg_keeps_its_segments_and_its_grays() {
     let before = files::jpeg();
     let quality = |quality| {
-        let encoding = Encoding { quality, ..Encoding::default() };
+        let encoding = EncodeOptions { quality, ..EncodeOptions::default() };
         rewrite_with(&before, "jpg", &RepairOptions { encoding, ..all_valid() }).unwrap().0
     };
     let after = quality(95);
@@ -170,8 +170,10 @@ fn a_jpeg_keeps_its_segments_and_its_grays() {
     assert_eq!(decoded(&png), decoded(&before));
     assert_eq!([exif_of(&png), icc_of(&png)], [exif_of(&before), icc_of(&before)]);
     assert!(said.contains("ICC profile and EXIF"), "{said}");
-    let only_png =
-        RepairOptions { encoding: Encoding { png: true, ..Encoding::default() }, ..all_valid() };
+    let only_png = RepairOptions {
+        encoding: EncodeOptions { png: true, ..EncodeOptions::default() },
+        ..all_valid()
+    };
     assert!(rewrite_with(&before, "jpg", &only_png).unwrap_err().contains("--png"));
 }
 
@@ -336,8 +338,10 @@ fn an_asset_keeps_the_profiles_of_its_images_and_its_jpegs_may_become_pngs() {
             build.json["extensionsUsed"] = json!(["EXT_texture_webp"]);
             build.json["extensionsRequired"] = json!(["EXT_texture_webp"]);
         }
-        let options =
-            RepairOptions { encoding: Encoding { png, quality: 80 }, ..RepairOptions::default() };
+        let options = RepairOptions {
+            encoding: EncodeOptions { png, quality: 80 },
+            ..RepairOptions::default()
+        };
         let (glb, said) = rewrite_with(&build.glb(), "glb", &options).unwrap();
         assert!(said.contains(word), "{said}");
         let mut asset = seamwise::import::read_bytes(&glb, Path::new("")).unwrap();

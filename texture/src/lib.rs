@@ -78,10 +78,10 @@ mod wrap;
 
 pub use background::detect_background;
 pub use error::{Error, Result};
-pub use mips::{Encoding, Level, Mips};
+pub use mips::{ColorEncoding, MipLevel, Mips};
 pub use padding::{agreeing_padding, keep_padding};
 pub use plane::Plane;
-pub use pyramid::{Part, fill_holes};
+pub use pyramid::{TexelRole, fill_holes};
 pub use raster::{Texel, UvTriangle, Window, to_texels};
 pub use reads::{Footprint, MipReads, count_reads};
 pub use repack::{RepackOptions, Repacked, UvMesh, padding_for_mips, repack};

@@ -21,7 +21,7 @@ use crate::wrap::Wrap;
 
 /// What the color channels of 8-bit texels mean; alpha is always linear.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Encoding {
+pub enum ColorEncoding {
     /// sRGB-encoded light: base color and emissive textures.
     Srgb,
     /// The value itself, 0…1: normals, roughness, occlusion.
@@ -31,12 +31,12 @@ pub enum Encoding {
 /// An image and its mip maps, each half the size of the one before, down to one texel.
 #[derive(Clone, Debug)]
 pub struct Mips {
-    levels: Vec<Level>,
+    levels: Vec<MipLevel>,
 }
 
 /// One level of [`Mips`]: an image of four channels.
 #[derive(Clone, Debug)]
-pub struct Level {
+pub struct MipLevel {
     width: usize,
     height: usize,
     texels: Texels,
@@ -45,7 +45,7 @@ pub struct Level {
 /// Row-major from the top.
 #[derive(Clone, Debug)]
 enum Texels {
-    Bytes(Vec<[u8; 4]>, Encoding),
+    Bytes(Vec<[u8; 4]>, ColorEncoding),
     Floats(Vec<[f32; 4]>),
 }
 
@@ -59,11 +59,11 @@ impl Mips {
         width: usize,
         height: usize,
         data: &[u8],
-        encoding: Encoding,
+        encoding: ColorEncoding,
     ) -> Result<Self> {
         check_size(width, height, 4, data.len())?;
         let texels = data.chunks_exact(4).map(|t| [t[0], t[1], t[2], t[3]]).collect();
-        let base = Level { width, height, texels: Texels::Bytes(texels, encoding) };
+        let base = MipLevel { width, height, texels: Texels::Bytes(texels, encoding) };
         Ok(Self::below(base, |floats| {
             Texels::Bytes(
                 floats.par_iter().map(|texel| encode(*texel, encoding)).collect(),
@@ -90,12 +90,12 @@ impl Mips {
             }
         };
         let texels = plane.data().chunks_exact(channels).map(widen).collect();
-        let base = Level { width, height, texels: Texels::Floats(texels) };
+        let base = MipLevel { width, height, texels: Texels::Floats(texels) };
         Ok(Self::below(base, |floats| Texels::Floats(floats.to_vec())))
     }
 
     /// The chain below `base`, each level stored as `store` says.
-    fn below(base: Level, store: impl Fn(&[[f32; 4]]) -> Texels) -> Self {
+    fn below(base: MipLevel, store: impl Fn(&[[f32; 4]]) -> Texels) -> Self {
         let mut levels = vec![base];
         let mut above: Option<Vec<[f32; 4]>> = None;
         while let Some(last) = levels.last().filter(|last| last.width.max(last.height) > 1) {
@@ -105,7 +105,7 @@ impl Mips {
                 None => halve(size, |x, y| last.read(x, y)),
             };
             let (width, height) = (half(size[0]), half(size[1]));
-            levels.push(Level { width, height, texels: store(&floats) });
+            levels.push(MipLevel { width, height, texels: store(&floats) });
             above = Some(floats);
         }
         Self { levels }
@@ -116,17 +116,17 @@ impl Mips {
         self.levels.len()
     }
 
-    /// Level `level`; 0 is the image itself.
+    /// MipLevel `level`; 0 is the image itself.
     ///
     /// # Panics
     /// If there are not as many levels.
-    pub fn level(&self, level: usize) -> &Level {
+    pub fn level(&self, level: usize) -> &MipLevel {
         &self.levels[level]
     }
 
     /// Bytes of texels held.
     pub fn bytes(&self) -> usize {
-        let of = |level: &Level| match &level.texels {
+        let of = |level: &MipLevel| match &level.texels {
             Texels::Bytes(texels, _) => texels.len() * 4,
             Texels::Floats(texels) => texels.len() * 16,
         };
@@ -163,7 +163,7 @@ impl Mips {
     }
 }
 
-impl Level {
+impl MipLevel {
     /// Width in texels.
     pub fn width(&self) -> usize {
         self.width
@@ -225,31 +225,31 @@ fn taps(u: f32, size: usize, wrap: Wrap) -> (usize, usize, f32) {
 }
 
 #[inline]
-fn decode(texel: [u8; 4], encoding: Encoding) -> Vec4 {
+fn decode(texel: [u8; 4], encoding: ColorEncoding) -> Vec4 {
     let [r, g, b, a] = texel;
     match encoding {
-        Encoding::Srgb => Vec4::new(
+        ColorEncoding::Srgb => Vec4::new(
             srgb8_to_linear(r),
             srgb8_to_linear(g),
             srgb8_to_linear(b),
             f32::from(a) / 255.0,
         ),
-        Encoding::Linear => {
+        ColorEncoding::Linear => {
             Vec4::new(f32::from(r), f32::from(g), f32::from(b), f32::from(a)) / 255.0
         }
     }
 }
 
-fn encode(texel: [f32; 4], encoding: Encoding) -> [u8; 4] {
+fn encode(texel: [f32; 4], encoding: ColorEncoding) -> [u8; 4] {
     let linear = |value: f32| (value * 255.0).round() as u8;
     match encoding {
-        Encoding::Srgb => [
+        ColorEncoding::Srgb => [
             linear_to_srgb8(texel[0]),
             linear_to_srgb8(texel[1]),
             linear_to_srgb8(texel[2]),
             linear(texel[3]),
         ],
-        Encoding::Linear => texel.map(linear),
+        ColorEncoding::Linear => texel.map(linear),
     }
 }
 
@@ -315,7 +315,7 @@ mod tests {
     #[test]
     fn a_constant_stays_constant_in_every_level_of_any_size() {
         let data = [200, 3, 90, 128].repeat(13 * 6);
-        for encoding in [Encoding::Srgb, Encoding::Linear] {
+        for encoding in [ColorEncoding::Srgb, ColorEncoding::Linear] {
             let mips = Mips::from_rgba8(13, 6, &data, encoding).unwrap();
             let color = decode([200, 3, 90, 128], encoding).to_array();
             let sizes: Vec<_> = mips.levels.iter().map(|l| (l.width(), l.height())).collect();
@@ -335,8 +335,8 @@ mod tests {
             Mips::from_rgba8(2, 2, &data, encoding).unwrap().level(1).texel(0, 0)[0] * 255.0
         };
         // 188 is the byte nearest to half the light; half the encoded value would be 128.
-        assert!((mean(Encoding::Srgb) - srgb8_to_linear(188) * 255.0).abs() < 1e-4);
-        assert!((mean(Encoding::Linear) - 128.0).abs() < 1e-4);
+        assert!((mean(ColorEncoding::Srgb) - srgb8_to_linear(188) * 255.0).abs() < 1e-4);
+        assert!((mean(ColorEncoding::Linear) - 128.0).abs() < 1e-4);
     }
 
     #[test]
@@ -385,8 +385,8 @@ mod tests {
 
     #[test]
     fn what_is_not_an_image_is_refused() {
-        assert!(Mips::from_rgba8(0, 4, &[], Encoding::Srgb).is_err());
-        assert!(Mips::from_rgba8(1, 1, &[0; 3], Encoding::Srgb).is_err());
+        assert!(Mips::from_rgba8(0, 4, &[], ColorEncoding::Srgb).is_err());
+        assert!(Mips::from_rgba8(1, 1, &[0; 3], ColorEncoding::Srgb).is_err());
         assert!(Mips::from_plane(&Plane::new(2, 2, 2)).is_err());
     }
 
@@ -407,7 +407,7 @@ mod tests {
         fn no_uv_or_lod_gives_anything_but_a_number(
             u in any::<f32>(), v in any::<f32>(), lod in any::<f32>(),
         ) {
-            let mips = Mips::from_rgba8(3, 5, &[77; 60], Encoding::Linear).unwrap();
+            let mips = Mips::from_rgba8(3, 5, &[77; 60], ColorEncoding::Linear).unwrap();
             for wrap in [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp] {
                 let value = mips.sample(Vec2::new(u, v), [wrap; 2], lod)[0];
                 prop_assert!((value - 77.0 / 255.0).abs() < 1e-5);

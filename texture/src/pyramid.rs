@@ -35,7 +35,7 @@ use crate::wrap::Wrap;
 
 /// What a texel does in a fill.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Part {
+pub enum TexelRole {
     /// It gives its value, and keeps it. The value must be finite.
     Source,
     /// It keeps its value, and gives nothing.
@@ -52,7 +52,7 @@ pub enum Part {
 ///
 /// # Panics
 /// If `parts` has not one element per texel.
-pub fn fill_holes(plane: &mut Plane, parts: &[Part], wrap: [Wrap; 2]) -> bool {
+pub fn fill_holes(plane: &mut Plane, parts: &[TexelRole], wrap: [Wrap; 2]) -> bool {
     assert_eq!(parts.len(), plane.width() * plane.height(), "parts and texels differ in number");
     let (size, channels) = ([plane.width(), plane.height()], plane.channels());
     (0..channels).step_by(3).all(|first| {
@@ -93,11 +93,11 @@ where
     W: Fn(&mut [T], &mut [f32]) + Sync,
 {
     /// Fills one to three channels; false, and nothing written, if there are no sources.
-    pub(crate) fn fill(&mut self, channels: usize, parts: &[Part]) -> bool {
-        if !parts.contains(&Part::Source) {
+    pub(crate) fn fill(&mut self, channels: usize, parts: &[TexelRole]) -> bool {
+        if !parts.contains(&TexelRole::Source) {
             return false;
         }
-        if parts.contains(&Part::Hole) {
+        if parts.contains(&TexelRole::Hole) {
             match channels {
                 1 => self.fill_channels::<2>(parts),
                 2 => self.fill_channels::<3>(parts),
@@ -108,7 +108,7 @@ where
     }
 
     /// Fills `N - 1` channels.
-    fn fill_channels<const N: usize>(&mut self, parts: &[Part]) {
+    fn fill_channels<const N: usize>(&mut self, parts: &[TexelRole]) {
         if self.size == [1, 1] {
             return;
         }
@@ -125,14 +125,14 @@ where
         self.push(&levels[0], parts);
     }
 
-    fn pull<const N: usize>(&self, parts: &[Part]) -> Level<N> {
+    fn pull<const N: usize>(&self, parts: &[TexelRole]) -> Level<N> {
         let (width, stride) = (self.size[0], self.stride);
         pull_rows(self.size, self.wrap, |y, row: &mut [Cell<N>]| {
             let texels = self.samples[y * width * stride..].chunks_exact(stride);
             let parts = &parts[y * width..(y + 1) * width];
             for ((cell, texel), part) in row.iter_mut().zip(texels).zip(parts) {
                 *cell = [0.0; N];
-                if *part == Part::Source {
+                if *part == TexelRole::Source {
                     (self.read)(texel, &mut cell[..N - 1]);
                     cell[N - 1] = 1.0;
                 }
@@ -140,7 +140,7 @@ where
         })
     }
 
-    fn push<const N: usize>(&mut self, coarse: &Level<N>, parts: &[Part]) {
+    fn push<const N: usize>(&mut self, coarse: &Level<N>, parts: &[TexelRole]) {
         let (width, stride, wrap, write) = (self.size[0], self.stride, self.wrap, &self.write);
         let blocks = self.samples.par_chunks_mut(width * stride * ROWS).enumerate();
         blocks.zip(parts.par_chunks(width * ROWS)).for_each_init(
@@ -148,12 +148,12 @@ where
             |blended, ((block, texels), parts)| {
                 let rows = texels.chunks_exact_mut(width * stride).zip(parts.chunks_exact(width));
                 for (y, (row, parts)) in (block * ROWS..).zip(rows) {
-                    if !parts.contains(&Part::Hole) {
+                    if !parts.contains(&TexelRole::Hole) {
                         continue;
                     }
                     blend_rows(coarse, y, wrap, blended);
                     for (x, texel) in row.chunks_exact_mut(stride).enumerate() {
-                        if parts[x] == Part::Hole {
+                        if parts[x] == TexelRole::Hole {
                             let mut given: Cell<N> = blend_columns(blended, x);
                             let unit = 1.0 / given[N - 1];
                             given[..N - 1].iter_mut().for_each(|sum| *sum *= unit);
@@ -242,17 +242,17 @@ mod tests {
     }
 
     /// A size, wrap modes, one value and one part per texel, with NaN wherever it must not matter.
-    fn image() -> impl Strategy<Value = ([usize; 2], [Wrap; 2], Vec<f32>, Vec<Part>)> {
+    fn image() -> impl Strategy<Value = ([usize; 2], [Wrap; 2], Vec<f32>, Vec<TexelRole>)> {
         let modes = [prop::sample::select(&MODES[..]), prop::sample::select(&MODES[..])];
         ([1..40usize, 1..40usize], modes, 1..20u32).prop_flat_map(|(size, wrap, rarity)| {
             let texels = size[0] * size[1];
             let part = prop_oneof![
-                1 => Just(Part::Source), 1 => Just(Part::Bystander), rarity => Just(Part::Hole)
+                1 => Just(TexelRole::Source), 1 => Just(TexelRole::Bystander), rarity => Just(TexelRole::Hole)
             ];
             (prop::collection::vec(-2.0..7.0f32, texels), prop::collection::vec(part, texels))
                 .prop_map(move |(mut values, parts)| {
                     for (value, part) in values.iter_mut().zip(&parts) {
-                        if *part != Part::Source && value.fract() > 0.5 {
+                        if *part != TexelRole::Source && value.fract() > 0.5 {
                             *value = if *value > 3.0 { f32::INFINITY } else { f32::NAN };
                         }
                     }
@@ -270,7 +270,7 @@ mod tests {
         // Texel 1 is 2/6 of the first coarse texel and 1/6 of the second; 4/3 saturates.
         let mut plane = Plane::new(4, 1, 1);
         plane.texel_mut(1, 0)[0] = 3.0;
-        let parts = [Part::Hole, Part::Source, Part::Hole, Part::Hole];
+        let parts = [TexelRole::Hole, TexelRole::Source, TexelRole::Hole, TexelRole::Hole];
         let texels = Texels {
             samples: plane.data_mut(),
             stride: 1,
@@ -291,22 +291,26 @@ mod tests {
     fn without_sources_nothing_is_written() {
         let mut plane = Plane::from_vec(2, 1, 1, vec![5.0, f32::NAN]);
         let before = bits(&plane);
-        assert!(!fill_holes(&mut plane, &[Part::Hole, Part::Bystander], [Wrap::Repeat; 2]));
+        assert!(!fill_holes(
+            &mut plane,
+            &[TexelRole::Hole, TexelRole::Bystander],
+            [Wrap::Repeat; 2]
+        ));
         assert_eq!(bits(&plane), before);
         assert!(!fill_holes(&mut Plane::new(0, 7, 3), &[], [Wrap::Repeat; 2]));
-        assert!(fill_holes(&mut Plane::new(1, 1, 3), &[Part::Source], [Wrap::Repeat; 2]));
+        assert!(fill_holes(&mut Plane::new(1, 1, 3), &[TexelRole::Source], [Wrap::Repeat; 2]));
     }
 
     #[test]
     fn a_ramp_is_bridged() {
         // A hole 32 wide in a ramp of slope 1: the fill is off by less than a sixth of the hole.
         let mut plane = Plane::new(64, 64, 1);
-        let mut parts = vec![Part::Source; 64 * 64];
+        let mut parts = vec![TexelRole::Source; 64 * 64];
         for (y, x) in (0..64).flat_map(|y| (0..64).map(move |x| (y, x))) {
             let hole = (16..48).contains(&x) && (16..48).contains(&y);
             plane.texel_mut(x, y)[0] = if hole { -1.0 } else { x as f32 };
             if hole {
-                parts[y * 64 + x] = Part::Hole;
+                parts[y * 64 + x] = TexelRole::Hole;
             }
         }
         assert!(fill_holes(&mut plane, &parts, [Wrap::Clamp; 2]));
@@ -321,9 +325,9 @@ mod tests {
         // Sources 1 at the left, 9 at the right; the hole lies right of the left one.
         let fill = |wrap| {
             let mut plane = Plane::from_vec(8, 1, 1, vec![1., 0., 0., 0., 0., 0., 0., 9.]);
-            let mut parts = [Part::Hole; 8];
-            parts[0] = Part::Source;
-            parts[7] = Part::Source;
+            let mut parts = [TexelRole::Hole; 8];
+            parts[0] = TexelRole::Source;
+            parts[7] = TexelRole::Source;
             fill_holes(&mut plane, &parts, [wrap, Wrap::Clamp]);
             plane.texel(1, 0)[0]
         };
@@ -336,15 +340,15 @@ mod tests {
         fn the_fill_is_that_of_the_formula((size, wrap, values, parts) in image()) {
             let mut plane = Plane::from_vec(size[0], size[1], 1, values.clone());
             let filled = fill_holes(&mut plane, &parts, wrap);
-            prop_assert_eq!(filled, parts.contains(&Part::Source));
-            let weight = parts.iter().map(|&p| if p == Part::Source { 1.0 } else { 0.0 }).collect();
+            prop_assert_eq!(filled, parts.contains(&TexelRole::Source));
+            let weight = parts.iter().map(|&p| if p == TexelRole::Source { 1.0 } else { 0.0 }).collect();
             let mut slow = Slow { size, value: values.iter().copied().map(f64::from).collect(), weight };
             if filled {
                 slow.fill(wrap);
             }
             for (texel, part) in parts.iter().enumerate() {
                 let found = plane.data()[texel];
-                if filled && *part == Part::Hole {
+                if filled && *part == TexelRole::Hole {
                     prop_assert!((f64::from(found) - slow.value[texel]).abs() < 2e-5);
                 } else {
                     prop_assert_eq!(found.to_bits(), values[texel].to_bits());
@@ -356,11 +360,11 @@ mod tests {
         fn filled_values_lie_between_the_sources((size, wrap, values, parts) in image()) {
             let mut plane = Plane::from_vec(size[0], size[1], 1, values.clone());
             if fill_holes(&mut plane, &parts, wrap) {
-                let sources = || values.iter().zip(&parts).filter(|s| *s.1 == Part::Source).map(|s| *s.0);
+                let sources = || values.iter().zip(&parts).filter(|s| *s.1 == TexelRole::Source).map(|s| *s.0);
                 let least = sources().fold(f32::INFINITY, f32::min);
                 let greatest = sources().fold(f32::NEG_INFINITY, f32::max);
                 for (&value, part) in plane.data().iter().zip(&parts) {
-                    if *part == Part::Hole {
+                    if *part == TexelRole::Hole {
                         prop_assert!(value >= least - 1e-5 && value <= greatest + 1e-5);
                     }
                 }

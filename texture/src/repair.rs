@@ -13,7 +13,7 @@ use image::{DynamicImage, ImageBuffer, Pixel};
 use rayon::prelude::*;
 
 use crate::error::Result;
-use crate::pyramid::{Part, Texels};
+use crate::pyramid::{TexelRole, Texels};
 use crate::role::Role;
 use crate::samples::{Coding, Group, Sample, with_buffer};
 use crate::validity::Validity;
@@ -72,9 +72,10 @@ impl Job<'_> {
         let mut state = vec![0u8; self.validity.flags().len()];
         for group in [Some(color), alpha].into_iter().flatten() {
             let unseen = unseen.filter(|_| group.first == 0);
-            let parts = self.parts(image, group, unseen);
+            let parts = self.texel_roles(image, group, unseen);
             let filled = self.fill(image, group, &parts);
-            for (texel, _) in parts.iter().enumerate().filter(|(_, part)| **part == Part::Hole) {
+            for (texel, _) in parts.iter().enumerate().filter(|(_, part)| **part == TexelRole::Hole)
+            {
                 state[texel] |= if filled { 1 } else { 2 };
             }
         }
@@ -84,23 +85,28 @@ impl Job<'_> {
     }
 
     /// What each texel does. A valid texel whose alpha, in channel `unseen`, is 0 lends nothing.
-    fn parts<S: Sample>(self, samples: &[S], group: Group, unseen: Option<usize>) -> Vec<Part> {
+    fn texel_roles<S: Sample>(
+        self,
+        samples: &[S],
+        group: Group,
+        unseen: Option<usize>,
+    ) -> Vec<TexelRole> {
         let texels = samples.par_chunks_exact(group.stride);
         let part = |(texel, &valid): (&[S], &bool)| {
             let mut color = group.of_texel(texel).iter();
             if !valid || !color.all(|sample| sample.is_number()) {
-                Part::Hole
+                TexelRole::Hole
             } else if unseen.is_some_and(|alpha| texel[alpha].is_zero()) {
-                Part::Bystander
+                TexelRole::Bystander
             } else {
-                Part::Source
+                TexelRole::Source
             }
         };
         texels.zip(self.validity.flags()).map(part).collect()
     }
 
     /// Fills one group's holes; false if it has no sources.
-    fn fill<S: Sample>(self, samples: &mut [S], group: Group, parts: &[Part]) -> bool {
+    fn fill<S: Sample>(self, samples: &mut [S], group: Group, parts: &[TexelRole]) -> bool {
         let Group { first, count, stride, coding } = group;
         // A vector is written as a whole.
         let apart = coding != Coding::Vector && parts.len() >= LARGE;
@@ -128,7 +134,7 @@ impl Job<'_> {
             };
             texels.fill(at_once, parts)
         };
-        let holes = parts.contains(&Part::Hole);
+        let holes = parts.contains(&TexelRole::Hole);
         !holes || (first..first + count).step_by(at_once).all(fill)
     }
 }

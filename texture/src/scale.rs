@@ -157,7 +157,7 @@ fn extent(texel: usize, size: usize, smaller: usize) -> impl Iterator<Item = (us
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mips::{Encoding, Mips};
+    use crate::mips::{ColorEncoding, Mips};
     use image::{GrayImage, Luma, Rgb, Rgb32FImage, RgbImage, RgbaImage};
 
     fn all(image: &DynamicImage) -> Validity {
@@ -192,7 +192,9 @@ mod tests {
         let picture = RgbaImage::from_fn(21, 13, |x, y| {
             image::Rgba([(x * 11) as u8, (y * 19) as u8, (x * y) as u8, 255])
         });
-        for (role, encoding) in [(Role::Color, Encoding::Srgb), (Role::Data, Encoding::Linear)] {
+        for (role, encoding) in
+            [(Role::Color, ColorEncoding::Srgb), (Role::Data, ColorEncoding::Linear)]
+        {
             let mips = Mips::from_rgba8(21, 13, &picture, encoding).unwrap();
             let image = picture.clone().into();
             let (half, valid) = scale_down(&image, role, &all(&image), 1).unwrap();

@@ -13,7 +13,7 @@ use glam::{Vec2, Vec4};
 use image::DynamicImage;
 
 use crate::error::Result;
-use crate::mips::{Encoding, Level, Mips};
+use crate::mips::{ColorEncoding, MipLevel, Mips};
 use crate::plane::Plane;
 use crate::role::Role;
 use crate::samples::{Coding, Group, Sample, with_buffer};
@@ -39,7 +39,8 @@ impl Picture {
     pub fn new(image: &DynamicImage, role: Role) -> Result<Self> {
         let (width, height) = (image.width() as usize, image.height() as usize);
         let mips = if image.color().bytes_per_pixel() / image.color().channel_count() == 1 {
-            let encoding = if role == Role::Color { Encoding::Srgb } else { Encoding::Linear };
+            let encoding =
+                if role == Role::Color { ColorEncoding::Srgb } else { ColorEncoding::Linear };
             Mips::from_rgba8(width, height, image.to_rgba8().as_raw(), encoding)?
         } else {
             Mips::from_plane(&plane(image, role)?)?
@@ -83,7 +84,7 @@ impl Picture {
         self.cubic(level, columns, rows).clamp(Vec4::ZERO, Vec4::ONE)
     }
 
-    fn cubic(&self, level: &Level, columns: [(usize, f32); 4], rows: [(usize, f32); 4]) -> Vec4 {
+    fn cubic(&self, level: &MipLevel, columns: [(usize, f32); 4], rows: [(usize, f32); 4]) -> Vec4 {
         let (mut sum, mut seen) = (Vec4::ZERO, Vec4::ZERO);
         for (y, v) in rows {
             for (x, u) in columns {
