@@ -65,7 +65,8 @@ pub fn simplify_chain(
     let max_error = options.max_error.map_or(f64::INFINITY, |limit| limit / space.unit);
     let begin = |region_source: RegionSource<'_>, target: usize| {
         // Regions know no guard: it starts where one queue does.
-        let end = options.max_deviation.map_or(target, |_| target.max(regions::LEAST));
+        let end =
+            options.max_deviation.map_or(target, |_| target.max(regions::MIN_LARGE_TRIANGLES));
         let working = regions::descend(region_source, mesh, end, max_error, removed);
         let mut descent = Descent::new(mesh, working, Vec::new(), max_error);
         descent.find_pairs();
@@ -86,7 +87,11 @@ pub fn simplify_chain(
         }
         let mut stopped = None;
         if !(rebuilds_quadrics && regions::is_small(descent.triangles())) {
-            let end = if rebuilds_quadrics { target.max(regions::LEAST - 1) } else { target };
+            let end = if rebuilds_quadrics {
+                target.max(regions::MIN_LARGE_TRIANGLES - 1)
+            } else {
+                target
+            };
             stopped = descent.descend(end, regions::queue_slack(descent.triangles()), removed);
         }
         if rebuilds_quadrics && stopped.is_none() && descent.triangles() > target {

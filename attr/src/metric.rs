@@ -49,7 +49,7 @@ impl Default for Weights {
 
 /// Two wedges that are farther apart in UV and color than this share of an edge are on two sides of a
 /// seam.
-const JUMP: f64 = 0.05;
+const SEAM_JUMP: f64 = 0.05;
 
 /// Triangles to be measured, in arrays of one entry each.
 pub(crate) struct Faces<'a> {
@@ -208,7 +208,7 @@ impl Metric {
     fn is_seam(&self, faces: &Faces<'_>, [a, b]: [&Side; 2]) -> bool {
         let layout = self.space.layout;
         let [from, to] = a.0.map(|point| self.positions[point]);
-        let most = JUMP * JUMP * from.distance_squared(to);
+        let most = SEAM_JUMP * SEAM_JUMP * from.distance_squared(to);
         let jumps = |point: PointId| {
             let (own, other) = (faces.wedge(a.1, point), faces.wedge(b.1, point));
             let squares = self.row(own).iter().zip(self.row(other)).map(|(x, y)| (x - y).powi(2));

@@ -10,7 +10,7 @@
 //! Guarantees: all wedges at a point whose groups are of one kind have the same foot, so that
 //! whatever is the same for all wedges at a source point is the same for them too; a point that lies
 //! where its source point does has that for its foot, alone; the same at any thread count. Not
-//! guaranteed: the nearest point where the ball holds more than [`MOST`] triangles.
+//! guaranteed: the nearest point where the ball holds more than [`MAX_VISITED_TRIANGLES`] triangles.
 //!
 //! Lab note: levels of a head of 8,778 triangles at 50, 25, 12.5 and 6.25 % look at 7, 9, 13 and 21
 //! triangles a point, 318 at most. A flood through points instead of edges looks at two to four times as
@@ -29,7 +29,7 @@ use crate::triangle::closest_on_triangle;
 
 /// Most triangles that are looked at for one point, so that no mesh makes it slow: thousands of
 /// slivers may all pass through one ball.
-const MOST: usize = 4096;
+const MAX_VISITED_TRIANGLES: usize = 4096;
 /// Smaller shares are none: a point that no collapse moved may still be off by a rounding.
 const LEAST_SHARE: f64 = 1e-6;
 /// Points that one thread looks up at least.
@@ -170,7 +170,7 @@ impl<'a> Finder<'a> {
         let [few, more] = [self.corners.of(a.index()), self.corners.of(b.index())];
         let (corners, other) = if few.len() <= more.len() { (few, b) } else { (more, a) };
         for triangle in corners.iter().map(|corner| corner / 3) {
-            if search.queue.len() == MOST {
+            if search.queue.len() == MAX_VISITED_TRIANGLES {
                 return;
             }
             let kind = self.kinds[self.source.groups[triangle as usize] as usize];

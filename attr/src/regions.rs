@@ -25,11 +25,11 @@ use crate::simplify::Descent;
 use crate::working_mesh::{Numbers, WorkingMesh};
 
 /// Triangles of a region. Its points and wedges take about a megabyte with five attributes.
-const REGION: usize = 8192;
+const REGION_TRIANGLES: usize = 8192;
 /// A surface of fewer triangles is simplified in one queue.
-pub(crate) const LEAST: usize = 1 << 16;
+pub(crate) const MIN_LARGE_TRIANGLES: usize = 1 << 16;
 /// A target above this share of what is there is left to the one queue.
-const NEAR: f64 = 0.85;
+const MAX_TARGET_SHARE: f64 = 0.85;
 /// One triangle in so many is part of a sample, which is tried first, to find the common cost.
 const SAMPLED: usize = 16;
 /// Triangles of a sample. Few and large ones miss the cost by a tenth where detail is uneven.
@@ -43,12 +43,12 @@ const QUEUE_SLACK: f64 = 0.8;
 
 /// Whether a surface of so many triangles is to be simplified in regions.
 pub(crate) fn is_large(triangles: usize, target: usize) -> bool {
-    !is_small(triangles) && target as f64 <= NEAR * triangles as f64
+    !is_small(triangles) && target as f64 <= MAX_TARGET_SHARE * triangles as f64
 }
 
 /// Whether a surface of so many triangles is simplified as one, in steps.
 pub(crate) fn is_small(triangles: usize) -> bool {
-    triangles < LEAST
+    triangles < MIN_LARGE_TRIANGLES
 }
 
 /// When a collapse has its turn in a surface of so many triangles: when nothing that waits costs less
@@ -144,10 +144,11 @@ impl<'a> Cut<'a> {
         let points = (0..count).flat_map(|t| region_source.points(TriangleId::new(t)));
         let corners = Buckets::new(points.map(|point| point.0), region_source.sizes()[0]);
         // Every other pass cuts in the middle of the regions of the one before.
-        let first = if pass.is_multiple_of(2) { 0 } else { REGION / 2 };
-        let starts = (first..count).step_by(REGION);
+        let first = if pass.is_multiple_of(2) { 0 } else { REGION_TRIANGLES / 2 };
+        let starts = (first..count).step_by(REGION_TRIANGLES);
         let regions = (first > 0).then_some(0..first.min(count));
-        let regions = regions.into_iter().chain(starts.map(|at| at..(at + REGION).min(count)));
+        let regions =
+            regions.into_iter().chain(starts.map(|at| at..(at + REGION_TRIANGLES).min(count)));
         Self {
             region_source,
             source,

@@ -10,9 +10,9 @@ use crate::queue::Queue;
 
 /// How much the limit rises. Where a cost is about the cube of a triangle's area, two that stop at
 /// either end of such a rise differ by 3 % of their triangles.
-const RISE: f64 = 1.1;
+const LIMIT_RISE: f64 = 1.1;
 /// The most triangles that a step takes.
-const STEP: usize = 16;
+const MAX_TRIANGLES_PER_STEP: usize = 16;
 
 /// A surface that is simplified in steps.
 pub(crate) trait Simplifiable: Send {
@@ -40,12 +40,12 @@ pub(crate) fn share_out<T: Simplifiable>(all: &mut [T], target: usize) {
         let ready = || all.iter().filter(|one| one.least() <= limit);
         let (count, own) = (ready().count(), ready().map(T::triangles).sum::<usize>());
         let surplus = total - target;
-        if surplus < 2 * STEP * count {
+        if surplus < 2 * MAX_TRIANGLES_PER_STEP * count {
             return go_step_by_step(all, target);
         }
         // None takes more than its part of what is to go and one step, so that all together don't
         // take more either.
-        let parts = (surplus - STEP * count) as u128;
+        let parts = (surplus - MAX_TRIANGLES_PER_STEP * count) as u128;
         let part = |triangles: usize| (parts * triangles as u128 / own as u128) as usize;
         let held = all.par_iter_mut().filter(|one| one.least() <= limit).map(|one| {
             let end = one.triangles().saturating_sub(part(one.triangles()));
@@ -53,7 +53,7 @@ pub(crate) fn share_out<T: Simplifiable>(all: &mut [T], target: usize) {
             one.least() <= limit
         });
         if !held.reduce(|| false, |a, b| a || b) {
-            limit *= RISE;
+            limit *= LIMIT_RISE;
         }
     }
 }
@@ -153,7 +153,7 @@ mod tests {
         assert_eq!(ways.iter().map(Curve::triangles).sum::<usize>(), 5000);
         let [least, most] = [f64::min, f64::max]
             .map(|of| ways.iter().map(Curve::least).reduce(of).expect("three ways"));
-        assert!(most / least < RISE * RISE, "{least} to {most}");
+        assert!(most / least < LIMIT_RISE * LIMIT_RISE, "{least} to {most}");
     }
 
     #[test]

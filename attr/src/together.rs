@@ -22,7 +22,7 @@ use crate::mesh::Mesh;
 use crate::options::{Cost, Options};
 use crate::regions;
 use crate::sharing::{Simplifiable, share_out};
-use crate::simplify::{Descent, STEP, Stop};
+use crate::simplify::{Descent, REBUILD_SHARE, Stop};
 use crate::space::Space;
 use crate::working_mesh::WorkingMesh;
 
@@ -115,7 +115,7 @@ pub fn simplify_together(
 fn descend_in_steps(members: &mut [Member<'_>], target: usize) {
     loop {
         members.par_iter_mut().for_each(Member::rebuild_quadrics);
-        let next = target.max((STEP * count(members) as f64) as usize);
+        let next = target.max((REBUILD_SHARE * count(members) as f64) as usize);
         share_out(members, next);
         if next == target || count(members) > next {
             return;

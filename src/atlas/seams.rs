@@ -21,7 +21,7 @@ use crate::error::{Error, Result};
 use crate::surface::edges::{Side, same_edge, sides_by_edge};
 
 /// Cosine of the angle between the normals of both sides from which on an edge is hard: 2.6°.
-const HARD: f32 = 0.999;
+const HARD_EDGE_COSINE: f32 = 0.999;
 
 /// The seams of each image of an asset, over all surfaces and UV sets that read it.
 ///
@@ -139,7 +139,7 @@ impl Surface {
 /// What turns a vector of frame `b` into frame `a`; `None` where the edge is hard.
 fn turn(a: Option<Mat3>, b: Option<Mat3>) -> Option<Mat3> {
     let (a, b) = a.zip(b)?;
-    (a.z_axis.dot(b.z_axis) >= HARD).then(|| a.transpose() * b)
+    (a.z_axis.dot(b.z_axis) >= HARD_EDGE_COSINE).then(|| a.transpose() * b)
 }
 
 /// The frame at each corner, by the file's tangents or else by MikkTSpace; `None` without normals:

@@ -45,7 +45,7 @@ fn simplify_separately(
     let shares = options.targets.shares(triangle_count(geometries));
     let simplify = |(geometry, steering): (&Geometry, &MeshSteering)| {
         progress.check("simplify")?;
-        let least = if geometries.len() > 1 { LEAST } else { 1 };
+        let least = if geometries.len() > 1 { MIN_TRIANGLES } else { 1 };
         let targets = targets(geometry, &shares, least);
         simplify_chain(&geometry.welded.mesh, &targets, &steering.options(), removed)
             .map_err(|error| internal(&error))
@@ -94,7 +94,7 @@ pub(crate) fn polish_all(
 }
 
 /// Among others, a mesh of its own budget keeps as many triangles as a box: fewer would be shards.
-const LEAST: usize = 12;
+const MIN_TRIANGLES: usize = 12;
 
 /// The triangles each level of a surface is to have, `least` if it has so many.
 fn targets(geometry: &Geometry, shares: &[f64], least: usize) -> Vec<usize> {

@@ -22,7 +22,7 @@ const RIM: f32 = 0.7;
 /// Lines of a triangle fade where its smallest height is less than this, in pixels.
 const CLEAR_HEIGHT: f32 = 6.0;
 /// What is left of the lines of a triangle without height.
-const LEAST: f32 = 0.4;
+const MIN_OPACITY: f32 = 0.4;
 /// Linear light of a line.
 const LINE: f32 = 0.008;
 
@@ -65,7 +65,7 @@ fn line_strength(view: &View<'_>, facet: &Facet, at: DVec2) -> f32 {
     let nearest = distances.into_iter().fold(f32::INFINITY, f32::min);
     let height = gradients.into_iter().map(f32::recip).fold(f32::INFINITY, f32::min);
     let line = 1.0 - ((nearest - HALF_WIDTH) / RIM).clamp(0.0, 1.0);
-    line * (height / CLEAR_HEIGHT).clamp(LEAST, 1.0)
+    line * (height / CLEAR_HEIGHT).clamp(MIN_OPACITY, 1.0)
 }
 
 /// Linear light of clay with a normal in the camera's frame, lit from above the left shoulder.

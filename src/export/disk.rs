@@ -57,7 +57,7 @@ pub(crate) fn write_recorded(
 const PREFIX: &str = ".seamwise-";
 const SUFFIX: &str = ".tmp";
 /// How long a temporary file must have been left alone to count as left over.
-const LEFT: Duration = Duration::from_secs(60);
+const LEFTOVER_AGE: Duration = Duration::from_secs(60);
 
 /// Removes temporary files of runs that were killed from a folder: files of our names that no process
 /// holds and that nothing was written to for a minute. What can't be removed stays.
@@ -80,7 +80,7 @@ fn is_left(path: &Path) -> bool {
     let modified = file.metadata().and_then(|data| data.modified());
     let age = modified.ok().and_then(|time| time.elapsed().ok());
     let is_held = matches!(file.try_lock(), Err(TryLockError::WouldBlock));
-    age.is_some_and(|age| age > LEFT) && !is_held
+    age.is_some_and(|age| age > LEFTOVER_AGE) && !is_held
 }
 
 /// Files under temporary names, with those that they are to have.
@@ -157,7 +157,7 @@ mod tests {
     #[test]
     fn only_old_files_of_ours_that_nobody_holds_are_left_over() {
         let folder = tempfile::tempdir().unwrap();
-        let old = std::time::SystemTime::now() - 2 * LEFT;
+        let old = std::time::SystemTime::now() - 2 * LEFTOVER_AGE;
         let put = |name: &str, is_old: bool| {
             let file = std::fs::File::create(folder.path().join(name)).unwrap();
             if is_old {

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 /// Most colors of a palette.
-const MOST: usize = 256;
+const MAX_COLORS: usize = 256;
 /// Rounds of Lloyd's; a fifth changed no level of a carton by 1 % in its error.
 const ROUNDS: usize = 4;
 
@@ -26,7 +26,7 @@ pub(crate) fn has_palette(png: &[u8]) -> bool {
 
 /// A picture as a PNG with a palette, if it has eight bits a channel and no more than 256 colors.
 pub(crate) fn write_indexed(image: &DynamicImage) -> Option<Vec<u8>> {
-    let (colors, _) = count_colors(image).filter(|(colors, _)| colors.len() <= MOST)?;
+    let (colors, _) = count_colors(image).filter(|(colors, _)| colors.len() <= MAX_COLORS)?;
     let places: FxHashMap<Color, u8> = colors.iter().copied().zip(0..=u8::MAX).collect();
     let texels: Vec<u8> = image.to_rgba8().pixels().map(|texel| places[&texel.0]).collect();
     let mut file = Vec::new();
@@ -50,7 +50,7 @@ pub(crate) fn write_indexed(image: &DynamicImage) -> Option<Vec<u8>> {
 /// The picture in at most 256 colors; none if it has other than eight bits a channel.
 pub(crate) fn reduce(image: &DynamicImage) -> Option<DynamicImage> {
     let (colors, counts) = count_colors(image)?;
-    if colors.len() <= MOST {
+    if colors.len() <= MAX_COLORS {
         return Some(image.clone());
     }
     let mut palette = split(&colors, &counts);
@@ -137,7 +137,7 @@ impl Cluster {
 fn split(colors: &[Color], counts: &[u64]) -> Vec<Color> {
     let all = colors.iter().copied().zip(counts.iter().copied()).collect();
     let mut clusters = vec![Cluster::new(all)];
-    while clusters.len() < MOST {
+    while clusters.len() < MAX_COLORS {
         let total = |cluster: &Cluster| cluster.spread.iter().sum::<f64>();
         let widest = (1..clusters.len()).fold(0, |best, next| {
             if total(&clusters[next]) > total(&clusters[best]) { next } else { best }
@@ -177,7 +177,7 @@ mod tests {
         let reduced = reduce(&gradient()).expect("eight bits");
         assert_eq!(reduced.color(), image::ColorType::Rgb8);
         let (colors, _) = count_colors(&reduced).expect("eight bits");
-        assert!(colors.len() <= MOST && colors.len() > 200, "{}", colors.len());
+        assert!(colors.len() <= MAX_COLORS && colors.len() > 200, "{}", colors.len());
         let off = |(own, other): (&u8, &u8)| f64::from(own.abs_diff(*other)).powi(2);
         let sum: f64 = gradient().as_bytes().iter().zip(reduced.as_bytes()).map(off).sum::<f64>();
         // 256 clusters of 4×4 colors, four apart: a variance of 20 along each of two channels.

@@ -6,7 +6,7 @@ use crate::document::asset::Asset;
 use crate::evaluate::{Metrics, Part};
 
 /// Off by more than this share of the diagonal, a level gets a warning.
-const WARNED: f64 = 0.02;
+const WARNED_SHARE: f64 = 0.02;
 
 /// The part of the source at the greatest distance of a level.
 #[derive(Clone, Debug, Serialize)]
@@ -57,7 +57,7 @@ impl FarthestPart {
     pub(super) fn line(&self, index: usize, metrics: &Metrics) -> Option<String> {
         let [x, y, z] = self.place;
         let off = metrics.distance_max;
-        (off > WARNED).then(|| {
+        (off > WARNED_SHARE).then(|| {
             format!(
                 "warning: level {index} is off by {:.1} % of the diagonal in {}, at {x:.4}, {y:.4}, {z:.4}",
                 100.0 * off,

@@ -13,7 +13,7 @@ use crate::image_file::encoded::EncodedImage;
 use crate::surface::geometry::Geometry;
 
 /// Texels of a side at which overlaps are looked for.
-const LOOK: usize = 512;
+const COVERAGE_SIDE: usize = 512;
 /// More than this share of its covered texels at several places, and a layout is not to be told apart.
 const MOST_OVERLAP: f64 = 0.02;
 
@@ -81,7 +81,7 @@ impl Used {
             if faces.iter().any(spans) {
                 return Some(SharedReason::Tiling);
             }
-            let share = overlap(&faces, [LOOK; 2], self.wrap);
+            let share = overlap(&faces, [COVERAGE_SIDE; 2], self.wrap);
             (share > MOST_OVERLAP).then_some(SharedReason::Overlap(share))
         })
     }

@@ -12,7 +12,7 @@ use crate::image_file::encoded::ImageFormat;
 use crate::level::textures::MergedMaterial;
 
 /// Texels along each axis, at most.
-const MOST: usize = 4096;
+const MAX_SIDE_TEXELS: usize = 4096;
 /// Texels along each axis that a material without textures adds, squared: enough for the padding
 /// between its charts.
 const PLAIN: f64 = 64.0 * 64.0;
@@ -23,7 +23,7 @@ const LEAST_DENSITY: f64 = 1.0 / 16.0;
 /// textures: a power of two, as mip maps and compressed blocks like it best.
 pub(super) fn side(texels: impl Iterator<Item = Option<f64>>) -> usize {
     let sum: f64 = texels.map(|own| own.unwrap_or(PLAIN)).sum();
-    (sum.sqrt().ceil() as usize).min(MOST).next_power_of_two()
+    (sum.sqrt().ceil() as usize).min(MAX_SIDE_TEXELS).next_power_of_two()
 }
 
 /// Texels per length of each entry of a layout's charts, over the most of them: as dense as its
@@ -134,7 +134,7 @@ mod tests {
     #[test]
     fn an_atlas_has_as_many_texels_as_the_images_together_up_to_a_most() {
         assert_eq!(side([Some(64.0 * 64.0), Some(64.0 * 64.0), None].into_iter()), 128);
-        assert_eq!(side([Some(1e9)].into_iter()), MOST);
+        assert_eq!(side([Some(1e9)].into_iter()), MAX_SIDE_TEXELS);
         assert_eq!(side([None].into_iter()), 64);
     }
 

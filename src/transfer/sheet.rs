@@ -24,7 +24,7 @@ use crate::limit::MemoryLimit;
 use crate::surface::geometry::Geometry;
 
 /// Levels gain a normal map for a loss of shading from this RMS angle on, in degrees.
-const LOST: f64 = 1.0;
+const LOST_SHAPE_DEGREES: f64 = 1.0;
 
 /// The surfaces of a level, with its textures' UVs.
 pub(super) struct LevelSurfaces<'a> {
@@ -207,7 +207,8 @@ impl Sheet<'_> {
             Ok(image)
         };
         let filled = images.into_par_iter().zip(outputs).map(fill).collect::<Result<Vec<_>>>()?;
-        let is_lost = options.bake_normals == BakeNormals::On || normal_degrees_rms >= LOST;
+        let is_lost =
+            options.bake_normals == BakeNormals::On || normal_degrees_rms >= LOST_SHAPE_DEGREES;
         let format = (options.format, options.quality);
         if let Some(merge_group) = merge_group {
             let (had, gains) = (gains, gains && is_lost);

@@ -17,7 +17,7 @@ use std::ops::Range;
 use glam::{DVec2, Vec2};
 
 /// Texel coordinates beyond this have no fraction left in an f64.
-const FAR: i64 = 1 << 52;
+const MAX_COORDINATE: i64 = 1 << 52;
 
 /// A UV in texels of an image of `size` (width, height): (0, 0) is its top left corner. Exact for
 /// images of up to 2^29 texels a side.
@@ -54,7 +54,7 @@ impl Window {
 
     /// Every texel whose coordinates mean something.
     pub(crate) fn columns_of_rows(y: Range<i64>) -> Self {
-        Self { x: -FAR..FAR, y }
+        Self { x: -MAX_COORDINATE..MAX_COORDINATE, y }
     }
 }
 
@@ -156,7 +156,8 @@ impl UvTriangle {
         } else {
             [low.ceil(), high.floor() + 1.0]
         };
-        let [start, end] = range.map(|at| at.clamp(-FAR as f64, FAR as f64) as i64);
+        let [start, end] =
+            range.map(|at| at.clamp(-MAX_COORDINATE as f64, MAX_COORDINATE as f64) as i64);
         start..end.max(start)
     }
 
@@ -197,8 +198,8 @@ impl UvTriangle {
     /// order; empty ones are left out.
     pub fn spans(&self, window: &Window, mut visit: impl FnMut(i64, Range<i64>)) {
         let (rows, columns) = (self.rows(), self.columns());
-        let start = columns.start.max(window.x.start).max(-FAR);
-        let end = columns.end.min(window.x.end).min(FAR);
+        let start = columns.start.max(window.x.start).max(-MAX_COORDINATE);
+        let end = columns.end.min(window.x.end).min(MAX_COORDINATE);
         for y in rows.start.max(window.y.start)..rows.end.min(window.y.end) {
             let span = self.span(y, start..end);
             if !span.is_empty() {
@@ -220,7 +221,10 @@ impl UvTriangle {
                 }
                 continue;
             }
-            let guess = (edge.zero(centre) - 0.5).ceil().clamp(-FAR as f64, FAR as f64) as i64;
+            let guess = (edge.zero(centre) - 0.5)
+                .ceil()
+                .clamp(-MAX_COORDINATE as f64, MAX_COORDINATE as f64)
+                as i64;
             if slope > 0.0 {
                 start = start.max(first_where(inside, guess));
             } else {

@@ -50,7 +50,7 @@ pub fn repair(
 /// The channels of an image of at least this many texels are filled one after another: the pyramid
 /// of one takes half the memory of three at once. At 8192² of RGBA with 8 bits a repair peaks at
 /// 2.5 bytes per byte of the image.
-const LARGE: usize = 1 << 24;
+const LARGE_TEXELS: usize = 1 << 24;
 
 /// A repair, whatever the kind of image.
 #[derive(Clone, Copy)]
@@ -109,7 +109,7 @@ impl Job<'_> {
     fn fill<S: Sample>(self, samples: &mut [S], group: Group, parts: &[TexelRole]) -> bool {
         let Group { first, count, stride, coding } = group;
         // A vector is written as a whole.
-        let apart = coding != Coding::Vector && parts.len() >= LARGE;
+        let apart = coding != Coding::Vector && parts.len() >= LARGE_TEXELS;
         let at_once = if apart { 1 } else { count };
         let fill = |first: usize| {
             let own = first..first + at_once;

@@ -40,8 +40,8 @@ use sheet::{Sheet, neighbors};
 /// Triangles of a level that get all their samples, and how few of theirs those beyond get. Many
 /// triangles are small ones, and need less to be fitted: levels of a displaced sphere of 499,000,
 /// 250,000, 125,000 and 62,000 are at 1.02, 1.03, 1.01 and 1.01 of the RMS distance of a full density.
-const FULL: usize = 30_000;
-const THINNED: f64 = 5.0;
+const MAX_TRIANGLES_SAMPLED_IN_FULL: usize = 30_000;
+const THINNED_SAMPLES: f64 = 5.0;
 
 /// How a level is fitted.
 ///
@@ -106,8 +106,8 @@ impl Polish {
 
     /// Samples on either surface for a level of so many triangles.
     fn samples(&self, triangles: usize) -> usize {
-        let few = triangles.min(FULL);
-        let more = (triangles - few) as f64 / THINNED;
+        let few = triangles.min(MAX_TRIANGLES_SAMPLED_IN_FULL);
+        let more = (triangles - few) as f64 / THINNED_SAMPLES;
         (self.density * (few as f64 + more)).ceil() as usize
     }
 

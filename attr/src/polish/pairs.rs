@@ -17,7 +17,7 @@ const AT_ONCE: usize = 256;
 /// of a bag at 1,124 triangles away by a sixth of its height. Lab note (command of [`super::Polish`]):
 /// luminance, distance and color over those with all pairs, geometric mean, are 0.992, 0.998 and 1.007
 /// with 10; 0.995, 0.994 and 0.994 with 20; 0.997, 0.994 and 1.001 with 40.
-const FAR: f64 = 20.0;
+const MAX_SPACINGS: f64 = 20.0;
 
 /// The surface that levels are fitted to.
 pub(crate) struct Source<'a> {
@@ -64,14 +64,14 @@ impl Pairs {
         Self { all, there }.without_far(source, level)
     }
 
-    /// Leaves out what is farther apart than `FAR` times the mean.
+    /// Leaves out what is farther apart than `MAX_SPACINGS` times the mean.
     fn without_far(mut self, source: &Source<'_>, level: &Sheet<'_>) -> Self {
         let apart: Vec<f64> = self
             .all
             .par_iter()
             .map(|pair| source.sheet.place(&pair.source).distance(level.place(&pair.level)))
             .collect();
-        let most = FAR * apart.iter().sum::<f64>() / apart.len().max(1) as f64;
+        let most = MAX_SPACINGS * apart.iter().sum::<f64>() / apart.len().max(1) as f64;
         self.there = apart[..self.there].iter().filter(|&&apart| apart <= most).count();
         let mut apart = apart.into_iter();
         self.all.retain(|_| apart.next().is_some_and(|apart| apart <= most));

@@ -31,7 +31,7 @@ use crate::topology::Topology;
 use star::{Star, nearest_corner, search_around};
 
 /// End of a list of samples.
-const NONE: u32 = u32::MAX;
+const NO_LINK: u32 = u32::MAX;
 /// So many samples of a point are asked at most, spread evenly over its list.
 const MOST_ASKED: usize = 256;
 
@@ -42,11 +42,11 @@ const MOST_SAMPLES: usize = 200_000;
 const MOST_A_SIDE_ASKED: usize = 6;
 
 /// What is asked at most, in looks of a sample at a triangle: so many for each sample, and so many more. A
-/// place that looks for the reference counts as `PLACE` of them. Beyond, nothing that would have to ask is
+/// place that looks for the reference counts as `LOOKUPS_PER_PLACE` of them. Beyond, nothing that would have to ask is
 /// allowed: in a soup of triangles that reach over each other there is no end to it.
 const LOOKS_PER_SAMPLE: usize = 100;
-const LOOKS: usize = 20_000_000;
-const PLACE: usize = 64;
+const MAX_LOOKUPS: usize = 20_000_000;
+const LOOKUPS_PER_PLACE: usize = 64;
 
 /// Points of a shell that are compared with what lies behind it.
 const MOST_SEEN: usize = 4;
@@ -55,7 +55,7 @@ const MOST_SEEN: usize = 4;
 const ROUNDING: f64 = 1e-7;
 
 /// Triangles of sides above so many times the limit are features themselves.
-const LARGE: f64 = 4.0;
+const LARGE_TRIANGLE_RATIO: f64 = 4.0;
 
 /// What a descent may lose.
 #[derive(Clone, Copy, Debug)]
@@ -119,7 +119,7 @@ impl DeviationGuard {
             samples: metric.positions.clone(),
             first: (0..points as u32).collect(),
             last: (0..points as u32).collect(),
-            next: vec![NONE; points],
+            next: vec![NO_LINK; points],
             bounds: vec![0.0; points],
             merged_into: (0..points).map(PointId::new).collect(),
             contrasts: FxHashMap::default(),
@@ -128,7 +128,7 @@ impl DeviationGuard {
             step: Step::default(),
         };
         guard.spread_samples(metric, limits.area);
-        guard.looks = LOOKS_PER_SAMPLE * guard.samples.len() + LOOKS;
+        guard.looks = LOOKS_PER_SAMPLE * guard.samples.len() + MAX_LOOKUPS;
         guard
     }
 
@@ -152,7 +152,7 @@ impl DeviationGuard {
             for place in spread(corners, self.limit, most_a_side) {
                 let sample = self.samples.len() as u32;
                 self.samples.push(place);
-                self.next.push(NONE);
+                self.next.push(NO_LINK);
                 let corner = nearest_corner(place, [0, 1, 2].map(|k| (points[k], corners[k])));
                 self.carry(sample, corner);
             }
@@ -167,9 +167,9 @@ impl DeviationGuard {
 
     /// Adds a sample to a point's list.
     fn carry(&mut self, sample: u32, point: PointId) {
-        self.next[sample as usize] = NONE;
+        self.next[sample as usize] = NO_LINK;
         match self.last[point] {
-            NONE => self.first[point] = sample,
+            NO_LINK => self.first[point] = sample,
             last => self.next[last as usize] = sample,
         }
         self.last[point] = sample;
@@ -179,7 +179,7 @@ impl DeviationGuard {
     fn samples(&self, point: PointId) -> impl Iterator<Item = u32> + '_ {
         let mut at = self.first[point];
         std::iter::from_fn(move || {
-            let sample = (at != NONE).then_some(at)?;
+            let sample = (at != NO_LINK).then_some(at)?;
             at = self.next[sample as usize];
             Some(sample)
         })
@@ -203,7 +203,7 @@ impl DeviationGuard {
         let tips = plan.tips(topology);
         let is_coarse = self.trial.bound > self.limit || !tips.is_empty();
         // Where triangles are small the surface is smoothed, where they are large it gets thinner.
-        let is_large = plan.reach(position) > LARGE * self.limit;
+        let is_large = plan.reach(position) > LARGE_TRIANGLE_RATIO * self.limit;
         let area = plan.lost_area(topology, metric, position);
         let lost = if is_coarse || is_large { area.all } else { area.borders };
         self.trial.lost = self.lost + lost;
@@ -259,7 +259,7 @@ impl DeviationGuard {
         let mut farthest = self.trial.bound;
         for place in places {
             let Some(square) = self.reference.square_to(place, self.limit) else { return false };
-            self.looks = self.looks.saturating_sub(PLACE);
+            self.looks = self.looks.saturating_sub(LOOKUPS_PER_PLACE);
             farthest = farthest.max(square.sqrt());
         }
         self.trial.bound = farthest;
@@ -277,7 +277,7 @@ impl DeviationGuard {
             return;
         }
         for &point in &self.step.asked {
-            (self.first[point], self.last[point]) = (NONE, NONE);
+            (self.first[point], self.last[point]) = (NO_LINK, NO_LINK);
         }
         let carriers = std::mem::take(&mut self.step.carriers);
         carriers.iter().for_each(|&(sample, point)| self.carry(sample, point));
@@ -286,13 +286,13 @@ impl DeviationGuard {
 
     /// Adds the list of a point that is gone to that of another.
     fn hand_over(&mut self, gone: PointId, kept: PointId) {
-        let first = std::mem::replace(&mut self.first[gone], NONE);
-        let last = std::mem::replace(&mut self.last[gone], NONE);
-        if first == NONE {
+        let first = std::mem::replace(&mut self.first[gone], NO_LINK);
+        let last = std::mem::replace(&mut self.last[gone], NO_LINK);
+        if first == NO_LINK {
             return;
         }
         match self.last[kept] {
-            NONE => self.first[kept] = first,
+            NO_LINK => self.first[kept] = first,
             end => self.next[end as usize] = first,
         }
         self.last[kept] = last;
@@ -308,7 +308,7 @@ impl DeviationGuard {
         if let Some(&known) = self.contrasts.get(&shell) {
             return known;
         }
-        if !self.look(PLACE * MOST_SEEN) {
+        if !self.look(LOOKUPS_PER_PLACE * MOST_SEEN) {
             return 0.0;
         }
         let some = points.iter().step_by(points.len().div_ceil(MOST_SEEN));
@@ -337,7 +337,7 @@ impl DeviationGuard {
             return false;
         }
         let samples: Vec<u32> = points.iter().flat_map(|&point| self.samples(point)).collect();
-        if !self.look(PLACE * samples.len()) {
+        if !self.look(LOOKUPS_PER_PLACE * samples.len()) {
             return false;
         }
         let mut heirs = Vec::with_capacity(samples.len());
@@ -351,7 +351,7 @@ impl DeviationGuard {
         self.lost += area;
         self.reference.record_removal(points);
         for &point in points {
-            (self.first[point], self.last[point]) = (NONE, NONE);
+            (self.first[point], self.last[point]) = (NO_LINK, NO_LINK);
         }
         for (sample, (off, heir)) in samples.into_iter().zip(heirs) {
             self.bounds[heir] = self.bounds[heir].max(off);

@@ -26,7 +26,7 @@ use deviation::DeviationGuard;
 pub(crate) use deviation::Limits;
 pub(crate) use item::{Item, MAX_TRIANGLES};
 use pairs::Pairs;
-pub(crate) use steps::STEP;
+pub(crate) use steps::REBUILD_SHARE;
 
 /// Collapses that were found illegal are tried again each time the mesh has shrunk to this share
 /// of its size: what surrounded them has changed by then.

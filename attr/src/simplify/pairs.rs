@@ -14,7 +14,7 @@ use crate::options::Cost;
 use crate::topology::Topology;
 
 /// A point is paired with so many others at most.
-const MOST: usize = 4;
+const MAX_PAIRS_PER_POINT: usize = 4;
 
 /// Pairs of points, and what has become of them.
 #[derive(Default)]
@@ -52,7 +52,7 @@ impl Pairs {
                 .collect();
             near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
             let lesser_first = |(_, other): &(f64, PointId)| [point.min(*other), point.max(*other)];
-            pairs.extend(near.iter().take(MOST).map(lesser_first));
+            pairs.extend(near.iter().take(MAX_PAIRS_PER_POINT).map(lesser_first));
         }
         pairs.sort_unstable();
         pairs.dedup();

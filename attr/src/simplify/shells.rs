@@ -11,11 +11,11 @@ use crate::topology::Topology;
 
 /// Shells of up to this many triangles may be removed whole once none of their edges can
 /// collapse. A closed shell can't go below four triangles, and a sharp one sticks somewhat above.
-const SMALL: usize = 16;
+const MAX_SHELL_TRIANGLES: usize = 16;
 
 /// How much a difference in color between a shell and what lies behind it counts beside one in vertex colors:
 /// more keeps lamps and costs the rest (benches/METRIC.md, where a descent stops).
-const CONTRAST: f64 = 10.0;
+const CONTRAST_WEIGHT: f64 = 10.0;
 
 /// The end of a shell, in the units of the metric.
 struct End {
@@ -85,7 +85,7 @@ impl Descent<'_> {
         let space = &self.metric.space;
         let importance = |&point: &PointId| space.importance(self.point_sources[point]);
         let importance = points.iter().map(importance).fold(0.0, f64::max);
-        let contrast = CONTRAST * space.weights.color * contrast;
+        let contrast = CONTRAST_WEIGHT * space.weights.color * contrast;
         let cost = match space.cost {
             Cost::Quadric => importance * area * (radius * radius + contrast * contrast),
             Cost::EdgeLength => 4.0 * radius * radius,
@@ -104,7 +104,7 @@ fn small_shell(topology: &Topology, point: PointId, seen: &mut Marks) -> Option<
         at += 1;
         for corner in topology.corners(point) {
             if !shell.contains(&corner.triangle()) {
-                if shell.len() == SMALL {
+                if shell.len() == MAX_SHELL_TRIANGLES {
                     return None;
                 }
                 shell.push(corner.triangle());

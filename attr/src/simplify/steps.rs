@@ -25,7 +25,7 @@ use crate::rank::rank_all;
 /// | at 0.9 | 0.959 | 0.925 | 0.914 |
 /// | for each collapse | 0.964 | 0.983 | 0.976 |
 /// | at 0.75, but the planes of outlines | 0.960 | 0.993 | 0.962 |
-pub(crate) const STEP: f64 = 0.75;
+pub(crate) const REBUILD_SHARE: f64 = 0.75;
 
 impl Descent<'_> {
     /// Like [`descend`](Self::descend), with quadrics of the surface as it was at most a step ago.
@@ -38,7 +38,7 @@ impl Descent<'_> {
             if self.triangles() < self.source.triangles.len() {
                 self.rebuild_quadrics();
             }
-            let next = target.max((STEP * self.triangles() as f64) as usize);
+            let next = target.max((REBUILD_SHARE * self.triangles() as f64) as usize);
             let stopped = self.descend(next, 1.0, removed);
             if next == target || stopped.is_some() {
                 return stopped;
