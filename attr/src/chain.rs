@@ -6,13 +6,14 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::error::{Error, Result};
 use crate::id::{PointId, WedgeId};
+use crate::item::MAX_TRIANGLES;
 use crate::mesh::Mesh;
 use crate::options::Options;
 use crate::polish::{Guards, Polish, Source};
 use crate::quadric::MAX_ATTRIBUTES;
 use crate::region_source::RegionSource;
 use crate::regions;
-use crate::simplify::{Descent, MAX_TRIANGLES, Stop};
+use crate::simplify::{Descent, Stop};
 use crate::space::Space;
 
 /// With a limit on deviation, a polish moves no point farther than this share of it.

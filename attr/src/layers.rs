@@ -16,7 +16,6 @@ use crate::edges::{Side, visit_sides};
 use crate::id::{CornerId, PointId, WedgeId};
 use crate::mesh::Mesh;
 use crate::sets::DisjointSets;
-use crate::weld::Welded;
 
 /// Triangles are on the same side of an edge if they enclose at most the angle of this cosine, 12°. Copies of
 /// a bent sheet may be cut along other diagonals.
@@ -33,12 +32,11 @@ struct Fold {
 }
 
 /// Gives each layer points and wedges of its own.
-pub(crate) fn separate_layers(welded: &mut Welded) {
-    let folds = find_folds(&welded.mesh);
+pub(crate) fn separate_layers(mesh: &mut Mesh, wedge_vertices: &mut Vec<u32>) {
+    let folds = find_folds(mesh);
     if folds.is_empty() {
         return;
     }
-    let mesh = &welded.mesh;
     let mut sets = DisjointSets::new(mesh.triangles.len() * 3);
     let mut join = |points: [PointId; 2], triangles: &[usize]| {
         for point in points {
@@ -60,7 +58,7 @@ pub(crate) fn separate_layers(welded: &mut Welded) {
             join(points, &triangles);
         }
     });
-    split(welded, &mut sets, &is_folded);
+    split(mesh, wedge_vertices, &mut sets, &is_folded);
 }
 
 fn visit_edges(mesh: &Mesh, visit: impl FnMut(&[Side])) {
@@ -122,8 +120,12 @@ fn inward(mesh: &Mesh, [from, to]: [PointId; 2], triangle: usize) -> DVec3 {
 
 /// Gives the corners of a folded point that are of one set a point, and wedges, of their own; those of the
 /// first corner keep what they have.
-fn split(welded: &mut Welded, sets: &mut DisjointSets, is_folded: &[bool]) {
-    let mesh = &mut welded.mesh;
+fn split(
+    mesh: &mut Mesh,
+    wedge_vertices: &mut Vec<u32>,
+    sets: &mut DisjointSets,
+    is_folded: &[bool],
+) {
     // By the set of corners: its point, and by the wedge that it had the one it has got.
     let mut first_sets = vec![None; mesh.positions.len()];
     let mut points = rustc_hash::FxHashMap::default();
@@ -146,7 +148,7 @@ fn split(welded: &mut Welded, sets: &mut DisjointSets, is_folded: &[bool]) {
             let row = mesh.row(wedge).to_vec();
             mesh.attributes.extend(row);
             mesh.wedge_points.push(own_point);
-            welded.wedge_vertices.push(welded.wedge_vertices[wedge.index()]);
+            wedge_vertices.push(wedge_vertices[wedge.index()]);
             WedgeId::new(mesh.wedge_points.len() - 1)
         });
     }

@@ -10,43 +10,6 @@ use crate::mesh::Mesh;
 use crate::quadric::{self, PointQuadric, Slopes};
 use crate::space::Space;
 
-/// How much a unit of error in each attribute counts beside a unit of distance.
-///
-/// Lab note (`cargo bench --bench quality -- --alone --views 6 --resolution 256 --samples 30000`):
-/// the normal's weight decides. RMS sRGB luminance and RMS distance over the diagonal at 6.25 %:
-///
-/// | UV, normal | scanned box | gelatin box | racquet |
-/// |---|---|---|---|
-/// | 0.5, 0.05 | 0.0078, 4.5e-4 | 0.0075, 4.8e-4 | 0.0262, 6.0e-3 |
-/// | 1, 0.02 | 0.0055, 2.9e-4 | 0.0061, 3.6e-4 | 0.0247, 5.7e-3 |
-/// | 0.5, 0.01 | 0.0044, 2.2e-4 | 0.0056, 3.0e-4 | 0.0231, 5.8e-3 |
-/// | **0.5, 0.005** | 0.0042, 1.9e-4 | 0.0056, 2.6e-4 | 0.0212, 4.8e-3 |
-/// | 0.2, 0.005 | 0.0042, 2.0e-4 | 0.0056, 2.6e-4 | 0.0204, 4.7e-3 |
-/// | 0.5, 0.002 | 0.0043, 1.8e-4 | 0.0058, 2.4e-4 | 0.0204, 4.8e-3 |
-///
-/// Less than 0.005 buys distance with shading. Seams at 0.1 instead of 1 gain 4 to 11 % in distance
-/// on the boxes and let their outlines slide (color 0.0024 → 0.0036 on the first); borders at 1
-/// instead of 4 cost the racquet a quarter.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Weights {
-    /// On UVs in lengths on the surface.
-    pub uv: f64,
-    /// On unit normals, in shares of the mesh's extent.
-    pub normal: f64,
-    /// On colors in 0…1, in shares of the mesh's extent.
-    pub color: f64,
-    /// On the planes that hold borders.
-    pub border: f64,
-    /// On the planes that hold seams and material boundaries.
-    pub seam: f64,
-}
-
-impl Default for Weights {
-    fn default() -> Self {
-        Self { uv: 0.5, normal: 0.005, color: 0.02, border: 4.0, seam: 1.0 }
-    }
-}
-
 /// Two wedges that are farther apart in UV and color than this share of an edge are on two sides of a
 /// seam.
 const SEAM_JUMP: f64 = 0.05;
@@ -260,6 +223,7 @@ impl Metric {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::options::Weights;
     use crate::testing::{grid, sphere};
 
     fn metric(mesh: &Mesh, weights: Weights) -> Metric {

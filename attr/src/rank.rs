@@ -9,9 +9,9 @@ use rayon::prelude::*;
 
 use crate::collapse::Plan;
 use crate::id::{EdgeId, PointId};
+use crate::item::Item;
 use crate::metric::Metric;
 use crate::queue::Queue;
-use crate::simplify::Item;
 use crate::topology::Topology;
 
 /// Edges that one thread ranks at least before another is asked.
@@ -77,7 +77,7 @@ mod tests {
     use std::sync::atomic::AtomicUsize;
 
     use super::*;
-    use crate::metric::Weights;
+    use crate::options::Weights;
     use crate::simplify::Descent;
     use crate::space::Space;
     use crate::testing::sphere;

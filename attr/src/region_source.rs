@@ -144,7 +144,7 @@ fn measure(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::metric::Weights;
+    use crate::options::Weights;
     use crate::testing::sphere;
 
     #[test]

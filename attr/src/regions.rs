@@ -311,7 +311,7 @@ mod tests {
     use super::*;
     use std::sync::Arc;
 
-    use crate::metric::Weights;
+    use crate::options::Weights;
     use crate::space::Space;
     use crate::testing::{grid, sphere};
 

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use nalgebra::{Matrix3, Vector3};
 
-use crate::collapse::Plane;
+use crate::equal_volume::Plane;
 use crate::quadric::PointQuadric;
 
 /// The point that minimizes `quadric` plus `pull` times the squared distance to `anchor`.

@@ -11,7 +11,7 @@ use rustc_hash::FxHashMap;
 
 use crate::id::PointId;
 use crate::mesh::{Layout, Mesh};
-use crate::metric::Weights;
+use crate::options::Weights;
 use crate::options::{Cost, Options, Placement};
 use crate::quadric::MAX_ATTRIBUTES;
 

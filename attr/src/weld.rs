@@ -61,7 +61,7 @@ pub fn weld(vertices: &Vertices) -> Result<Welded> {
     }
     let mut welded = welder.welded;
     welded.mesh.validate()?;
-    separate_layers(&mut welded);
+    separate_layers(&mut welded.mesh, &mut welded.wedge_vertices);
     Ok(welded)
 }
 

@@ -203,7 +203,7 @@ fn no_file_imports_from_a_room_above_its_own() {
 
 #[test]
 fn no_files_import_each_other_in_a_circle() {
-    for folder in ["src", "texture/src"] {
+    for folder in ["src", "texture/src", "attr/src"] {
         let code = Crate::read(folder);
         let mut imports = code.imports();
         if folder != "src" {

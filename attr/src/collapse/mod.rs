@@ -10,10 +10,10 @@ mod area;
 mod legal;
 mod loops;
 mod place;
-mod volume;
 
 use glam::DVec3;
 
+use crate::equal_volume::Plane;
 use crate::id::{CornerId, PointId, TriangleId, WedgeId};
 use crate::marks::Marks;
 use crate::metric::Metric;
@@ -21,7 +21,6 @@ use crate::options::Cost;
 use crate::quadric::{self, PointQuadric};
 use crate::sets::DisjointSets;
 use crate::topology::Topology;
-pub(crate) use volume::Plane;
 
 /// The merged wedges of a collapse and the quadrics they add up to. Reused from one collapse to
 /// the next, so that evaluating one allocates nothing.
@@ -321,7 +320,7 @@ mod tests {
 
     use super::*;
     use crate::Mesh;
-    use crate::metric::Weights;
+    use crate::options::Weights;
     use crate::space::Space;
     use crate::testing::{grid, sphere};
     use crate::working_mesh::WorkingMesh;

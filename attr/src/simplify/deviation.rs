@@ -27,6 +27,7 @@ use super::reference::Reference;
 use crate::collapse::Plan;
 use crate::id::PointId;
 use crate::metric::Metric;
+use crate::options::Limits;
 use crate::topology::Topology;
 use star::{Star, nearest_corner, search_around};
 
@@ -56,15 +57,6 @@ const ROUNDING: f64 = 1e-7;
 
 /// Triangles of sides above so many times the limit are features themselves.
 const LARGE_TRIANGLE_RATIO: f64 = 4.0;
-
-/// What a descent may lose.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Limits {
-    /// How far the surface may be off, in the units of the metric.
-    pub(crate) deviation: f64,
-    /// The share of its area that may go.
-    pub(crate) area: f64,
-}
 
 /// Keeps a descent within its limits.
 pub(super) struct DeviationGuard {

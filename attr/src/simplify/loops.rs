@@ -1,8 +1,9 @@
 //! Loops of three edges around handles, holes and necks that become points: see `collapse/loops.rs`.
 
-use super::{Descent, Item, Stop};
+use super::{Descent, Stop};
 use crate::collapse::Candidate;
 use crate::id::{EdgeId, PointId};
+use crate::item::Item;
 use crate::options::Cost;
 
 impl Descent<'_> {

@@ -2,7 +2,6 @@
 //! "Surface simplification using quadric error metrics", SIGGRAPH 1997).
 
 mod deviation;
-mod item;
 mod loops;
 mod pairs;
 mod reference;
@@ -14,17 +13,16 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::collapse::{Candidate, Plan};
 use crate::id::{EdgeId, PointId, WedgeId};
+use crate::item::Item;
 use crate::marks::Marks;
 use crate::mesh::{Layout, Mesh};
 use crate::metric::Metric;
-use crate::options::{Cost, Placement};
+use crate::options::{Cost, Limits, Placement};
 use crate::queue::Queue;
 use crate::rank::{edge_bounds, rank_all};
 use crate::topology::Topology;
 use crate::working_mesh::WorkingMesh;
 use deviation::DeviationGuard;
-pub(crate) use deviation::Limits;
-pub(crate) use item::{Item, MAX_TRIANGLES};
 use pairs::Pairs;
 pub(crate) use steps::REBUILD_SHARE;
 

@@ -8,8 +8,9 @@
 use glam::{DVec3, IVec3};
 use rustc_hash::FxHashMap;
 
-use super::{Descent, Item, Stop};
+use super::{Descent, Stop};
 use crate::id::{EdgeId, PointId};
+use crate::item::Item;
 use crate::options::Cost;
 use crate::topology::Topology;
 

@@ -2,8 +2,9 @@
 
 use glam::DVec3;
 
-use super::{Descent, DeviationGuard, Item, Stop};
+use super::{Descent, DeviationGuard, Stop};
 use crate::id::{PointId, TriangleId};
+use crate::item::Item;
 use crate::marks::Marks;
 use crate::metric::Metric;
 use crate::options::Cost;

@@ -27,7 +27,7 @@ pub(crate) struct Plane {
 
 impl Plane {
     /// Where a point may replace the inner points of `triangles` without a change of volume.
-    pub(super) fn of_equal_volume(triangles: impl Iterator<Item = [DVec3; 3]>) -> Option<Self> {
+    pub(crate) fn of_equal_volume(triangles: impl Iterator<Item = [DVec3; 3]>) -> Option<Self> {
         let (mut sum, mut offset, mut area) = (DVec3::ZERO, 0.0, 0.0);
         for [a, b, c] in triangles {
             let normal = (b - a).cross(c - a);
