@@ -1,6 +1,6 @@
 //! Entries by a number that each has.
 
-/// For each number below a count the entries that have it, in their order.
+/// Entries by their number: for each number below a count the entries that have it, in their order.
 pub(crate) struct Buckets {
     starts: Vec<u32>,
     entries: Vec<u32>,

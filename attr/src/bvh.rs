@@ -21,7 +21,7 @@ const MEDIAN_DEPTH: usize = 40;
 const MAX_DEPTH: usize = MEDIAN_DEPTH + 33;
 /// A leaf with more boxes is split even where the heuristic would not.
 const MAX_LEAF: usize = 8;
-/// What visiting a node costs, in tests of a triangle. With 0.25, 1 and 2 building and searching a
+/// The cost of visiting a node, in tests of a triangle. With 0.25, 1 and 2 building and searching a
 /// sphere of 1e5 triangles was no faster.
 const NODE_COST: f32 = 0.5;
 /// Subtrees of fewer boxes are built by one thread.
@@ -66,7 +66,7 @@ pub(crate) struct Node {
     /// Boxes of a leaf; 0 in an inner node.
     pub(crate) count: u32,
     pub(crate) max: Vec3,
-    /// A leaf's first place in the order of the boxes; an inner node's way to its second child.
+    /// A leaf's first place in the order of the boxes; an inner node's offset to its second child.
     pub(crate) offset: u32,
 }
 
@@ -188,7 +188,7 @@ fn grow(items: &mut [Item], first: u32, depth: usize, nodes: &mut Vec<Node>) {
     }
 }
 
-/// Where to cut: boxes whose center falls into a bin before `bin` of `axis` go left.
+/// A cut: boxes whose center falls into a bin before `bin` of `axis` go left.
 #[derive(Clone, Copy)]
 struct Split {
     cost: f32,

@@ -33,14 +33,14 @@ pub struct Level {
     pub point_sources: Vec<PointId>,
     /// One per wedge: the wedge of the source that it stands for.
     pub wedge_sources: Vec<WedgeId>,
-    /// Triangles asked for.
+    /// The target, in triangles.
     pub target: usize,
     /// Root of the largest area-weighted cost of any collapse up to here, in the units of the
     /// mesh: how far position, texture and shading slid, weighed together. Of a small surface each is
     /// against what it was at most a step before, unless there is an error limit. An estimate that
     /// steers the descent, not a bound on distance.
     pub error: f64,
-    /// Why the target was not reached, if it was not.
+    /// The reason why the target was not reached, if it was not.
     pub stopped: Option<Stop>,
 }
 
@@ -111,12 +111,12 @@ pub(crate) struct Finish<'a> {
 }
 
 impl<'a> Finish<'a> {
-    /// For descents of `mesh` with `options`.
+    /// A maker of levels of `mesh`, simplified with `options`.
     pub(crate) fn new(mesh: &'a Mesh, options: &'a Options<'a>) -> Self {
         Self { mesh, options, color_range: color_range(mesh) }
     }
 
-    /// The level that a descent has come to.
+    /// The level that a descent has reached.
     pub(crate) fn level(
         &self,
         descent: &Descent<'_>,
@@ -133,7 +133,7 @@ impl<'a> Finish<'a> {
     }
 }
 
-/// Checks what a descent is asked for.
+/// Checks the input of a simplification.
 ///
 /// # Errors
 /// See [`simplify_chain`].

@@ -1,11 +1,11 @@
-//! What kind of edge two triangles meet at, and how many there are of each.
+//! The kinds of edges where triangles meet, and how many there are of each.
 
 use crate::buckets::Buckets;
 use crate::id::{CornerId, PointId, WedgeId};
 use crate::mesh::Mesh;
 use crate::sets::DisjointSets;
 
-/// What an edge is.
+/// The kind of an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum EdgeKind {
     /// Two triangles that share both wedges.
@@ -72,7 +72,7 @@ pub fn border_edges(mesh: &Mesh) -> Vec<[PointId; 2]> {
     borders
 }
 
-/// How two triangles meet.
+/// The kind of the edge between two triangles.
 fn meeting(mesh: &Mesh, a: &Side, b: &Side) -> EdgeKind {
     let (own, other) = (wedges_at(mesh, a), wedges_at(mesh, b));
     if own == other {

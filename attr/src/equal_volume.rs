@@ -26,7 +26,8 @@ pub(crate) struct Plane {
 }
 
 impl Plane {
-    /// Where a point may replace the inner points of `triangles` without a change of volume.
+    /// The plane on which a point may replace the inner points of `triangles` without a change of
+    /// volume.
     pub(crate) fn of_equal_volume(triangles: impl Iterator<Item = [DVec3; 3]>) -> Option<Self> {
         let (mut sum, mut offset, mut area) = (DVec3::ZERO, 0.0, 0.0);
         for [a, b, c] in triangles {
@@ -40,7 +41,7 @@ impl Plane {
             .then(|| Self { normal: sum / length, offset: offset / length })
     }
 
-    /// How far a point is above.
+    /// The signed distance of a point above the plane.
     pub(crate) fn height(&self, point: DVec3) -> f64 {
         self.normal.dot(point) - self.offset
     }

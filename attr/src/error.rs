@@ -1,4 +1,4 @@
-//! What can be wrong with a mesh.
+//! Errors: a mesh that is not sound, or an option that makes no sense.
 
 /// Errors of this crate, by whose fault it is.
 #[derive(Debug, thiserror::Error)]
@@ -6,13 +6,13 @@ pub enum Error {
     /// The mesh handed in is not sound.
     #[error("invalid mesh: {what}")]
     Invalid {
-        /// What is wrong and at which element.
+        /// The fault, and at which element.
         what: String,
     },
     /// An option makes no sense.
     #[error("invalid option: {what}")]
     Options {
-        /// Which option, and what it would have to be.
+        /// The option, and what it would have to be.
         what: String,
     },
 }

@@ -91,7 +91,7 @@ impl CornerId {
         TriangleId(self.0 / 3)
     }
 
-    /// Which of the triangle's three corners this is.
+    /// The slot of the corner in its triangle: 0, 1 or 2.
     #[inline]
     pub const fn slot(self) -> usize {
         (self.0 % 3) as usize

@@ -1,4 +1,4 @@
-//! How much each point of a mesh counts: factors for [`Options::importance`](crate::Options).
+//! Importance of each point of a mesh: factors for [`Options::importance`](crate::Options).
 
 use glam::{DMat4, DVec3, Vec3};
 
@@ -6,7 +6,7 @@ use crate::edges::{Side, visit_edges};
 use crate::mesh::Mesh;
 use crate::triangle::area_vector;
 
-/// Who looks, in the units of the scene.
+/// A camera, in the units of the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Eye {
     /// A camera at this place.
@@ -18,11 +18,11 @@ pub enum Eye {
 /// A view from which a level is to look right.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
-    /// Who looks.
+    /// The camera.
     pub eye: Eye,
     /// Triangles whose normal has at least this cosine to the direction of the eye count more, in −1…1.
     pub cosine: f64,
-    /// How many times more.
+    /// The factor by which they count more.
     pub weight: f64,
 }
 

@@ -1,8 +1,8 @@
-//! What waits in the queue of a descent.
+//! The items of the queue: the steps that a descent may take.
 
 use crate::id::{EdgeId, PointId};
 
-/// A step that a descent may take.
+/// A step of a descent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Item {
     /// The collapse of an edge.
@@ -35,7 +35,7 @@ impl Item {
         kind << BITS | number
     }
 
-    /// What was packed.
+    /// The item that was packed.
     pub(crate) fn unpack(packed: u32) -> Self {
         let number = packed & ((1 << BITS) - 1);
         match packed >> BITS {

@@ -87,7 +87,7 @@ fn find_folds(mesh: &Mesh) -> Vec<Fold> {
     folds
 }
 
-/// What goes on into what at a fold; `None` if an edge is none.
+/// The pairs of triangles that go on into each other at a fold; `None` if the edge is no fold.
 fn links(mesh: &Mesh, sides: &[Side]) -> Option<Vec<Link>> {
     if !matches!(sides.len(), 2 | 4) {
         return None;

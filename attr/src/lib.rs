@@ -1,16 +1,16 @@
 //! Geometry of Seamwise: meshes with attributes in wedges, and their simplification. Knows no
 //! files and no images.
 //!
-//! The way down: [`weld`] turns a file's vertices into points and wedges; [`simplify_chain`]
-//! descends once by collapses in the order of the generalized quadric's cost and emits a [`Level`]
-//! each time a target is passed; [`polish_chain`] fits each level to the mesh it was made from.
+//! In order: [`weld`] turns a file's vertices into points and wedges; [`simplify_chain`] collapses
+//! edges in the order of the generalized quadric's cost and emits a [`Level`] each time a target is
+//! passed; [`polish_chain`] fits each level to the mesh it was made from.
 //!
 //! # The generalized quadric
 //!
 //! Over a triangle every attribute s_j is a linear function of position, g_jᵀp + d_j. The cost of
 //! moving a vertex to (p, s) is its squared distance to the triangle's plane plus the squared
 //! differences of its attributes to what the triangle has there (Garland & Heckbert 1998; Hoppe
-//! 1999). It lives in the wedges: merging two points adds the quadrics of those wedges that meet
+//! 1999). Quadrics belong to wedges: merging two points adds the quadrics of those wedges that meet
 //! in a collapsing triangle, and leaves the others alone. For a fixed position the best attributes
 //! are in closed form, so each wedge reduces to a plain quadric in position; their sum is solved
 //! once, and a seam moves as one.

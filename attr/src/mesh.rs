@@ -10,8 +10,8 @@ use glam::{Vec2, Vec3};
 use crate::error::{Error, Result};
 use crate::id::{PointId, WedgeId};
 
-/// Which attributes a wedge carries, and where they lie in its row of [`Mesh::attributes`]:
-/// UV sets first (2 floats each), then the normal (3), then the color (`color` floats).
+/// The attributes that a wedge carries, and their order in its row of [`Mesh::attributes`]: UV sets
+/// first (2 floats each), then the normal (3), then the color (`color` floats).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Layout {
     /// Number of UV sets.
@@ -56,7 +56,7 @@ pub struct Mesh {
     pub positions: Vec<Vec3>,
     /// One per wedge: the point it sits at.
     pub wedge_points: Vec<PointId>,
-    /// What a wedge's row holds.
+    /// The layout of a wedge's row.
     pub layout: Layout,
     /// `layout.len()` floats per wedge, row after row.
     pub attributes: Vec<f32>,

@@ -75,7 +75,7 @@ impl Metric {
         self.add_outlines(faces, &importance);
     }
 
-    /// Nothing yet, with room for so many points and wedges of `attributes` floats.
+    /// An empty metric with room for so many points and wedges of `attributes` floats.
     pub(crate) fn empty(
         space: &Arc<Space>,
         attributes: usize,

@@ -1,10 +1,10 @@
-//! What a descent is to keep to.
+//! Options of a simplification.
 
 use crate::error::{Error, Result};
 use crate::id::PointId;
 use crate::mesh::Mesh;
 
-/// What orders collapses.
+/// The cost that orders collapses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Cost {
     /// The generalized quadric, and what a collapse exposes.
@@ -14,20 +14,20 @@ pub enum Cost {
     EdgeLength,
 }
 
-/// Where a merged point goes.
+/// The placement of a merged point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Placement {
-    /// Where it costs least.
+    /// At the minimum of the cost.
     #[default]
     Best,
-    /// To the cheaper end of the edge, with its attributes: all points and, but where a seam ends, all
-    /// wedges of a level are the source's to the bit, and a polish leaves them alone.
+    /// At the cheaper end of the edge, with its attributes: all points and, but where a seam ends,
+    /// all wedges of a level are the source's to the bit, and a polish leaves them alone.
     Ends,
-    /// To the middle of the edge, as a baseline to compare with.
+    /// At the middle of the edge, as a baseline to compare with.
     Middle,
 }
 
-/// How much a unit of error in each attribute counts beside a unit of distance.
+/// Weights of a unit of error in each attribute beside a unit of distance.
 ///
 /// Lab note (`cargo bench --bench quality -- --alone --views 6 --resolution 256 --samples 30000`):
 /// the normal's weight decides. RMS sRGB luminance and RMS distance over the diagonal at 6.25 %:
@@ -69,9 +69,9 @@ impl Default for Weights {
 pub struct Options<'a> {
     /// Weights of the metric.
     pub weights: Weights,
-    /// What orders collapses.
+    /// The cost that orders collapses.
     pub cost: Cost,
-    /// Where merged points go.
+    /// The placement of merged points.
     pub placement: Placement,
     /// No collapse may have an error above this, in the units of the mesh.
     pub max_error: Option<f64>,
@@ -132,7 +132,7 @@ impl Default for Options<'_> {
 }
 
 impl Options<'_> {
-    /// What a descent in a space of this unit may lose, if not anything.
+    /// The limits of a descent in a space of this unit, if there are any.
     pub(crate) fn limits(&self, unit: f64) -> Option<Limits> {
         let deviation = self.max_deviation?;
         Some(Limits { deviation: deviation / unit, area: self.max_lost_area })

@@ -1,4 +1,4 @@
-//! Where on its source a level lies: for each wedge of the level three wedges of the source and
+//! The place of a level on its source: for each wedge of the level three wedges of the source and
 //! their shares, by which anything that the metric does not see can be blended.
 //!
 //! A point's foot is the nearest point of the source on the part of the surface that it came from.
@@ -35,7 +35,7 @@ const LEAST_SHARE: f64 = 1e-6;
 /// Points that one thread looks up at least.
 const AT_ONCE: usize = 256;
 
-/// Where a wedge of a level lies on the source.
+/// The place of a wedge of a level on the source.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Origin {
     /// One at each corner of a triangle of the source. Of several wedges at a corner it is the one
@@ -67,7 +67,7 @@ pub fn find_origins(source: &Mesh, level: &Level, kinds: &[u32]) -> Vec<Origin> 
     wedges.map(|wedge| finder.origin(wedge, foot(wedge))).collect()
 }
 
-/// A point of a level and the kind of the groups that meet there: what has one foot.
+/// A point of a level and the kind of the groups that meet there: one foot each.
 type Key = (PointId, u32);
 
 struct Finder<'a> {

@@ -1,13 +1,14 @@
-//! What waits, the cheapest first.
+//! A lazy priority queue, the cheapest first: keys are lower bounds, re-evaluated on pop.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// Numbered items by cost.
+/// Numbered items, each keyed by a lower bound of its cost.
 ///
-/// An item and its cost are one number: the cost, rounded to f32, above the item. So comparing is
-/// one instruction, an entry is 8 bytes, and between equal costs the lesser item comes first. A cost
-/// may have risen since: it is a lower bound; whoever pops an item asks what it costs now.
+/// An item and its key are one number: the key, rounded to f32, above the item. So comparing is one
+/// instruction, an entry is 8 bytes, and between equal keys the lesser item comes first. A key is
+/// not raised when the cost rises: the caller computes the cost of the item that it pops, and
+/// pushes it again if another may be cheaper.
 #[derive(Default)]
 pub(crate) struct Queue {
     heap: BinaryHeap<Reverse<u64>>,
@@ -22,7 +23,7 @@ fn cost_of(entry: u64) -> f64 {
 }
 
 impl Queue {
-    /// A queue of items with their costs, which must be 0 or more.
+    /// A queue of items with their keys, which must be 0 or more.
     pub(crate) fn new(items: impl IntoIterator<Item = (f64, u32)>) -> Self {
         let entries: Vec<_> =
             items.into_iter().map(|(cost, item)| Reverse(entry(cost, item))).collect();
@@ -37,17 +38,17 @@ impl Queue {
         self.heap.pop().map(|Reverse(entry)| entry as u32)
     }
 
-    /// All that waits, in no order.
+    /// The queued keys and items, in no order.
     pub(crate) fn into_items(self) -> impl Iterator<Item = (f64, u32)> {
         self.heap.into_iter().map(|Reverse(entry)| (cost_of(entry), entry as u32))
     }
 
-    /// The least cost that waits, infinite if nothing does.
+    /// The least key, infinite if nothing is queued.
     pub(crate) fn least(&self) -> f64 {
         self.heap.peek().map_or(f64::INFINITY, |Reverse(entry)| cost_of(*entry))
     }
 
-    /// Whether something waits that costs less than `cost`.
+    /// Whether the least key is below `cost`.
     pub(crate) fn has_cheaper(&self, cost: f64) -> bool {
         self.least() < f64::from(cost as f32)
     }

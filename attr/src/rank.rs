@@ -1,9 +1,9 @@
-//! In which order edges wait at first, and what of it outlives a descent.
+//! The first keys of edges in the queue, and the keys that one descent passes on to the next.
 //!
-//! Until they are summed anew, quadrics only grow, so what an edge once cost by them is the least that
-//! it costs from then on; what it exposes may shrink again, but rarely does. That bound goes with the
-//! triangles from one descent to the next, and most edges wait under it until their turn comes; a
-//! lower_bound is worked out only where nobody has asked before.
+//! Until they are summed anew, quadrics only grow, so a cost by them is a lower bound of all later
+//! costs of the edge; the exposure that a cost may include can shrink again, but rarely does.
+//! Triangles carry these bounds from one descent to the next, where they are the first keys; a
+//! bound is computed only for an edge that has none yet.
 
 use rayon::prelude::*;
 
@@ -14,7 +14,7 @@ use crate::metric::Metric;
 use crate::queue::Queue;
 use crate::topology::Topology;
 
-/// Edges that one thread ranks at least before another is asked.
+/// The least number of edges that are worth a thread.
 const AT_ONCE: usize = 1 << 12;
 
 /// The bounds of edges, from those that triangles carry.
@@ -28,8 +28,8 @@ pub(crate) fn edge_bounds(topology: &Topology, triangles: &[[f32; 3]]) -> Vec<f3
     bounds
 }
 
-/// What triangles carry on: the costs of the items that still wait, and for edges that do not their
-/// bounds of before.
+/// The bounds that triangles carry on: the keys of the edges that are still queued, and the former
+/// bounds of those that are not.
 pub(crate) fn triangle_bounds(
     topology: &Topology,
     mut bounds: Vec<f32>,

@@ -58,9 +58,9 @@ pub(crate) struct Slabs {
     origin: Vec3,
     /// One over the direction; 0 where it is 0.
     inverse: Vec3,
-    /// On which axes the ray stands still.
+    /// The axes along which the ray does not move.
     still: BVec3,
-    /// When it leaves a box it does not move out of: never on those axes.
+    /// Infinity on those axes, where the ray never leaves a box; 0 on the others.
     never: Vec3,
 }
 
@@ -75,7 +75,8 @@ impl Slabs {
         }
     }
 
-    /// Where the ray enters a node's box, at least 0; infinite if it misses.
+    /// The distance along the ray at which it enters a node's box, at least 0; infinite if it
+    /// misses.
     #[inline]
     pub(crate) fn entry(&self, node: &Node) -> f64 {
         let (low, high) = (node.min - self.origin, node.max - self.origin);

@@ -1,4 +1,5 @@
-//! What regions are cut from: a mesh that is yet to be measured, or the working mesh of a descent.
+//! The surface that regions are cut from: a mesh without quadrics yet, or the working mesh of a
+//! descent.
 
 use std::sync::Arc;
 
@@ -15,7 +16,7 @@ pub(crate) enum RegionSource<'a> {
     /// The source. Its quadrics are summed piece by piece: all at once they are most of a descent's
     /// memory.
     Mesh(&'a Mesh, Arc<Space>),
-    /// What is left of it.
+    /// The working mesh, once the source has been simplified.
     Working(Box<WorkingMesh>),
 }
 
@@ -44,7 +45,7 @@ impl RegionSource<'_> {
         }
     }
 
-    /// Where a point lies in the space of the metric.
+    /// The position of a point in the space of the metric.
     pub(crate) fn position(&self, point: PointId) -> DVec3 {
         match self {
             Self::Mesh(mesh, space) => space.place(mesh.positions[point]),
@@ -77,7 +78,7 @@ impl RegionSource<'_> {
         }
     }
 
-    /// All of it.
+    /// The whole surface as a working mesh.
     pub(crate) fn into_working_mesh(self) -> WorkingMesh {
         match self {
             Self::Mesh(mesh, space) => WorkingMesh::new(mesh, &space),

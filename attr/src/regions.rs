@@ -34,8 +34,8 @@ const MAX_TARGET_SHARE: f64 = 0.85;
 const SAMPLED: usize = 16;
 /// Triangles of a sample. Few and large ones miss the cost by a tenth where detail is uneven.
 const SAMPLE: usize = 1024;
-/// In a large surface a collapse has its turn when nothing that waits costs less than this share of
-/// it: most of the asking is for collapses that are all but next.
+/// The queue slack of a large surface: a collapse is done if no key is below this share of its
+/// cost. Most re-evaluations are of collapses that are all but next.
 ///
 /// Lab note: a displaced sphere of 998,000 triangles to four levels, processor time and RMS distance at
 /// 50 and 6.25 % over those at 1: with 0.8 0.87, 1.002 and 1.011; with 0.6 0.86, 1.011 and 1.028.
@@ -51,8 +51,8 @@ pub(crate) fn is_small(triangles: usize) -> bool {
     triangles < MIN_LARGE_TRIANGLES
 }
 
-/// When a collapse has its turn in a surface of so many triangles: when nothing that waits costs less
-/// than this share of it.
+/// The queue slack of a surface of so many triangles: a collapse is done if no key is below this
+/// share of its cost.
 pub(crate) fn queue_slack(triangles: usize) -> f64 {
     if is_small(triangles) { 1.0 } else { QUEUE_SLACK }
 }
@@ -111,7 +111,7 @@ struct Cut<'a> {
     region_source: &'a RegionSource<'a>,
     source: &'a Mesh,
     max_error: f64,
-    /// All triangles along the curve, and the place of each on it.
+    /// The triangles in the order of the curve, and the place of each on it.
     order: Vec<TriangleId>,
     places: Vec<u32>,
     /// Per point: the corners there.
@@ -257,7 +257,7 @@ struct Trace {
 }
 
 impl Trace {
-    /// Goes down until a region has shrunk somewhat beyond `share`.
+    /// Simplifies a region until it has shrunk somewhat beyond `share`.
     fn new(mut descent: Descent<'_>, share: f64) -> Self {
         let whole = descent.triangles();
         // Two triangles a point.

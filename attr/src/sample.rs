@@ -20,7 +20,7 @@ use crate::triangle::area_vector;
 pub struct Sample {
     /// The triangle it lies on.
     pub triangle: TriangleId,
-    /// Where on it: one per corner, at least 0, sum 1.
+    /// Barycentric coordinates: one per corner, at least 0, sum 1.
     pub barycentrics: DVec3,
 }
 
@@ -52,7 +52,7 @@ impl Samples {
         Self { starts: std::iter::once(0).chain(ends).collect(), seed }
     }
 
-    /// Those of one triangle.
+    /// The samples of one triangle.
     pub(crate) fn of(&self, triangle: TriangleId) -> impl Iterator<Item = Sample> + use<> {
         let at = triangle.index();
         let shift = hash(self.seed, at as u64);

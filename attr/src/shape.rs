@@ -1,4 +1,4 @@
-//! What a surviving triangle may not become.
+//! Shape tests of a surviving triangle: rotation, slivers and folds in UV.
 
 use glam::{DVec2, DVec3};
 

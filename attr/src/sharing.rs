@@ -8,8 +8,8 @@ use rayon::prelude::*;
 
 use crate::queue::Queue;
 
-/// How much the limit rises. Where a cost is about the cube of a triangle's area, two that stop at
-/// either end of such a rise differ by 3 % of their triangles.
+/// The factor by which the limit rises. Where a cost is about the cube of a triangle's area, two
+/// that stop at either end of such a rise differ by 3 % of their triangles.
 const LIMIT_RISE: f64 = 1.1;
 /// The most triangles that a step takes.
 const MAX_TRIANGLES_PER_STEP: usize = 16;
@@ -19,11 +19,11 @@ pub(crate) trait Simplifiable: Send {
     /// Its triangles now.
     fn triangles(&self) -> usize;
 
-    /// What its next step costs at least; infinite if there is none.
+    /// A lower bound of the cost of the next step; infinite if there is none.
     fn least(&self) -> f64;
 
-    /// Simplifies while `goes_on` says so of what the next step costs at least and of the triangles
-    /// left, or to its end.
+    /// Simplifies while `goes_on` is true of the lower bound of the next step's cost and of the
+    /// triangles left, or to its end.
     fn descend_while(&mut self, goes_on: impl FnMut(f64, usize) -> bool);
 }
 
@@ -58,7 +58,8 @@ pub(crate) fn share_out<T: Simplifiable>(all: &mut [T], target: usize) {
     }
 }
 
-/// The same with the cheapest step first, whose ever it is.
+/// Does the cheapest step of all surfaces, one at a time, until at most `target` triangles are
+/// left.
 fn go_step_by_step<T: Simplifiable>(all: &mut [T], target: usize) {
     let mut total: usize = all.iter().map(T::triangles).sum();
     let can_go = |(cost, _): &(f64, u32)| *cost < f64::INFINITY;

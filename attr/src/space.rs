@@ -22,13 +22,13 @@ const LEAST_SCALE: f64 = 1e-6;
 /// An importance beyond is taken as these: the quadrics must stay far from rounding.
 const RANGE: (f64, f64) = (1e-6, 1e6);
 
-/// How a mesh lies in the space of its costs.
+/// The space of a mesh's costs: units, scales and importance.
 pub(crate) struct Space {
     /// Length of one unit, in the units of the mesh.
     pub(crate) unit: f64,
     center: DVec3,
     pub(crate) layout: Layout,
-    /// What each entry of a row is multiplied by: a row per group.
+    /// Factors of the entries of attribute rows: one row of factors per group.
     scales: FxHashMap<u32, [f64; MAX_ATTRIBUTES]>,
     pub(crate) weights: Weights,
     /// The cosine of the largest angle that a collapse may rotate a triangle by.
@@ -40,7 +40,7 @@ pub(crate) struct Space {
     pub(crate) placement: Placement,
     /// Per point of the mesh: what the costs around it are multiplied by. Empty if all count alike.
     importance: Vec<f32>,
-    /// Per point of the mesh: its color, sRGB in 0…1. Empty if nobody told.
+    /// Per point of the mesh: its color, sRGB in 0…1. Empty if none are given.
     colors: Vec<[f32; 3]>,
     /// Per point of the mesh: whether the user locked it. Empty if none is.
     locked: Vec<bool>,
@@ -84,12 +84,12 @@ impl Space {
         }
     }
 
-    /// What the costs around a point of the mesh are multiplied by.
+    /// The factor of the costs around a point of the mesh.
     pub(crate) fn importance(&self, source: PointId) -> f64 {
         self.importance.get(source.index()).map_or(1.0, |&x| f64::from(x).clamp(RANGE.0, RANGE.1))
     }
 
-    /// The colors of points that stand for `sources`; empty if nobody told.
+    /// The colors of points that stand for `sources`; empty if none are given.
     pub(crate) fn colors_of(&self, sources: &[PointId]) -> Vec<[f32; 3]> {
         let own = sources.iter().map_while(|&source| self.colors.get(source.index()));
         own.copied().collect()
@@ -105,7 +105,7 @@ impl Space {
         (position * self.unit + self.center).as_vec3()
     }
 
-    /// What the entries of a group's rows are multiplied by.
+    /// The factors of the entries of a group's rows.
     pub(crate) fn scales(&self, group: u32) -> &[f64; MAX_ATTRIBUTES] {
         &self.scales[&group]
     }
@@ -122,7 +122,7 @@ fn frame(mesh: &Mesh) -> (DVec3, f64) {
     if extent > 0.0 { ((low + high) / 2.0, extent) } else { (DVec3::ZERO, 1.0) }
 }
 
-/// What each entry of a row is multiplied by, for each group.
+/// The factors of the entries of rows, for each group.
 fn scales(mesh: &Mesh, weights: Weights, unit: f64) -> FxHashMap<u32, [f64; MAX_ATTRIBUTES]> {
     let layout = mesh.layout;
     let mut areas: FxHashMap<u32, (f64, [f64; MAX_ATTRIBUTES / 2])> = FxHashMap::default();

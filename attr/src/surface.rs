@@ -1,4 +1,4 @@
-//! A surface that can be asked: what is the nearest point, and what does a ray hit first?
+//! A surface to be searched: the nearest point to a place, and the first hit of a ray.
 //!
 //! A soup of triangles in a tree of boxes, walked nearer child first. Boxes are compared in f32
 //! with a margin, triangles in f64.
@@ -33,11 +33,11 @@ const SMALLEST_SLOPE: f32 = 1e-37;
 pub struct Nearest {
     /// The triangle it lies on.
     pub triangle: TriangleId,
-    /// Where on it: one per corner, at least 0, sum 1.
+    /// Barycentric coordinates: one per corner, at least 0, sum 1.
     pub barycentrics: Vec3,
-    /// Itself, in the surface's unit.
+    /// The point itself, in the surface's unit.
     pub point: Vec3,
-    /// Its squared distance to what was asked for.
+    /// Its squared distance to the place that was searched for.
     pub distance_squared: f32,
 }
 
@@ -46,11 +46,11 @@ pub struct Nearest {
 pub struct Foot {
     /// The triangle it lies on.
     pub triangle: TriangleId,
-    /// Where on it: one per corner, at least 0, sum 1.
+    /// Barycentric coordinates: one per corner, at least 0, sum 1.
     pub barycentrics: DVec3,
-    /// Itself, in the surface's unit.
+    /// The point itself, in the surface's unit.
     pub point: DVec3,
-    /// Its squared distance to what was asked for.
+    /// Its squared distance to the place that was searched for.
     pub distance_squared: f64,
 }
 
@@ -70,9 +70,9 @@ impl From<Foot> for Nearest {
 pub struct Hit {
     /// The triangle that is hit.
     pub triangle: TriangleId,
-    /// Where on it: one per corner, at least 0, sum 1.
+    /// Barycentric coordinates: one per corner, at least 0, sum 1.
     pub barycentrics: Vec3,
-    /// How far along the ray, in lengths of its direction.
+    /// The distance along the ray, in lengths of its direction.
     pub distance: f32,
 }
 

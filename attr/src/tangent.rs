@@ -12,7 +12,7 @@ use glam::{DVec3, Vec2, Vec3, Vec4};
 
 use crate::error::{Error, Result};
 
-/// What tangents are computed from; the slices have one element per vertex.
+/// The input of MikkTSpace; the slices have one element per vertex.
 #[derive(Clone, Copy, Debug)]
 pub struct TangentInput<'a> {
     /// Positions, in any unit.

@@ -55,15 +55,15 @@ const HEDGE: i32 = 6;
 pub struct Shared<'a> {
     /// The surface.
     pub mesh: &'a Mesh,
-    /// What its descent is to keep to.
+    /// The options of its simplification.
     pub options: Options<'a>,
-    /// How many times longer its lengths are each time that it is shown.
+    /// The scales of its instances: one factor on its lengths for each time that it is shown.
     pub stretches: &'a [f64],
 }
 
 impl Shared<'_> {
-    /// What a cost in its own space, where `unit` is a length of 1, is in that of all: summed over all
-    /// that is shown. Edge lengths, a baseline, are where they are longest.
+    /// The factor from a cost in its own space, where `unit` is a length of 1, to the shared space:
+    /// summed over all instances. For edge lengths, a baseline, that of the largest instance.
     fn scale(&self, unit: f64) -> f64 {
         let lengths = self.stretches.iter().map(|stretch| stretch * unit);
         match self.options.cost {
@@ -110,8 +110,8 @@ pub fn simplify_together(
     Ok(chains)
 }
 
-/// Goes down to `target` triangles. All quadrics are summed anew at once, that costs be of surfaces
-/// alike.
+/// Simplifies to `target` triangles. All quadrics are summed anew at once, so that costs are
+/// comparable.
 fn descend_in_steps(members: &mut [Member<'_>], target: usize) {
     loop {
         members.par_iter_mut().for_each(Member::rebuild_quadrics);
@@ -128,18 +128,18 @@ fn count(members: &[Member<'_>]) -> usize {
     members.iter().map(|member| member.descent.triangles()).sum()
 }
 
-/// A surface on its way down among others.
+/// One of the surfaces that are simplified together.
 struct Member<'a> {
     descent: Descent<'a>,
     finish: Finish<'a>,
-    /// What its costs are multiplied by.
+    /// The factor of its costs in the shared space.
     scale: f64,
     /// Its triangles at first, and when its quadrics were last summed.
     source: usize,
     summed_at: usize,
     /// Whether they ever are anew: an error limit is about the source.
     rebuilds_quadrics: bool,
-    /// Why it can't go on, if it can't.
+    /// The reason why it can't go on, if it can't.
     stopped: Option<Stop>,
     removed: &'a AtomicUsize,
 }
@@ -197,13 +197,13 @@ impl Simplifiable for Member<'_> {
     }
 }
 
-/// What a cost of a surface counts for more if it has lost many of its triangles.
+/// The factor by which costs of a surface count more, the more of its triangles it has lost.
 fn hedge(source: usize, triangles: usize) -> f64 {
     (source as f64 / triangles as f64).powi(HEDGE)
 }
 
-/// A cost in the space of all. Where nothing waits, what was put aside is to be looked at, now and not
-/// once all others are at their end.
+/// A cost in the shared space. 0 where no item is queued: items that were put aside are to be
+/// retried now, not once all others are at their end.
 fn shared_cost(cost: f64, scale: f64) -> f64 {
     if cost < ROUNDING || cost == f64::INFINITY { 0.0 } else { (cost * scale).min(f64::MAX) }
 }

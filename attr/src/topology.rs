@@ -1,4 +1,4 @@
-//! Which triangles meet at each point, kept true through collapses.
+//! The triangles at each point and edge, updated through collapses.
 //!
 //! Corners at a point form a singly linked list over one flat array, so merging two points is
 //! joining two lists, and nothing is allocated per point. Edges have ids that stay theirs while
@@ -21,7 +21,7 @@ pub(crate) struct Topology {
     edges: Vec<[EdgeId; 3]>,
     /// One per edge: its points, the lesser first, or one of them twice once it is gone.
     ends: Vec<[PointId; 2]>,
-    /// One per wedge: its point today.
+    /// One per wedge: its current point.
     wedge_points: Vec<PointId>,
     /// One per point: its wedge, if it surely has but one.
     sole_wedges: Vec<Option<WedgeId>>,
@@ -112,7 +112,7 @@ impl Topology {
         self.last[point] = corner.0;
     }
 
-    /// The wedges of its triangles, which of them live, and the points of its wedges.
+    /// The wedges of its triangles, whether each is live, and the points of its wedges.
     pub(crate) fn into_parts(self) -> (Vec<[WedgeId; 3]>, Vec<bool>, Vec<PointId>) {
         (self.triangles, self.live, self.wedge_points)
     }
@@ -122,7 +122,7 @@ impl Topology {
         &self.edges
     }
 
-    /// How many edges there were at first.
+    /// Number of edges before any collapse.
     pub(crate) fn edge_count(&self) -> usize {
         self.ends.len()
     }

@@ -19,7 +19,7 @@ use crate::mesh::{Layout, Mesh};
 pub struct Vertices {
     /// One per vertex.
     pub positions: Vec<Vec3>,
-    /// What a vertex's row holds.
+    /// The layout of a vertex's row.
     pub layout: Layout,
     /// `layout.len()` floats per vertex.
     pub attributes: Vec<f32>,
@@ -35,7 +35,7 @@ pub struct Vertices {
     pub groups: Vec<u32>,
 }
 
-/// What [`weld`] makes.
+/// The result of [`weld`].
 #[derive(Clone, Debug, Default)]
 pub struct Welded {
     /// The mesh.
@@ -86,7 +86,7 @@ fn check(vertices: &Vertices) -> Result<()> {
     Ok(())
 }
 
-/// What makes a wedge: its point, its group, the class of what the metric does not see, and the
+/// The key of a wedge: its point, its group, the class of what the metric does not see, and the
 /// bits of its row.
 type WedgeKey = (PointId, u32, u32, Box<[u32]>);
 

@@ -1,4 +1,4 @@
-//! A surface between two descents: its triangles, and what the metric knows of its points and
+//! A surface between two descents: its triangles, and the quadrics and attributes of its points and
 //! wedges.
 
 use std::sync::Arc;
@@ -14,8 +14,8 @@ pub(crate) struct WorkingMesh {
     pub(crate) metric: Metric,
     pub(crate) triangles: Vec<[WedgeId; 3]>,
     pub(crate) groups: Vec<u32>,
-    /// One per triangle: what collapsing the edge opposite each of its corners costs at least, 0 where
-    /// nobody has asked yet.
+    /// One per triangle: a lower bound of the cost of collapsing the edge opposite each of its
+    /// corners, 0 where none is known.
     pub(crate) bounds: Vec<[f32; 3]>,
     pub(crate) wedge_points: Vec<PointId>,
     /// Per point and per wedge: the one of the source that it stands for. No two stand for the same.
@@ -62,7 +62,7 @@ impl Numbers {
         }))
     }
 
-    /// The new number of a point that was told apart by its own id.
+    /// The new number of a point, by its own id.
     pub(crate) fn point(&self, point: PointId) -> Option<usize> {
         self.points.get(point.index()).map(|number| number as usize)
     }
@@ -74,12 +74,12 @@ impl Numbers {
     }
 }
 
-/// What points and wedges are told apart by.
+/// The ids by which points and wedges are told apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Key {
     /// Their own ids.
     Own,
-    /// What they stand for.
+    /// The ids of the source point and wedge that they stand for.
     Source,
 }
 
@@ -99,7 +99,7 @@ impl WorkingMesh {
         }
     }
 
-    /// Nothing yet, with room for so many triangles, points and wedges.
+    /// An empty surface with room for so many triangles, points and wedges.
     pub(crate) fn empty(
         space: &Arc<Space>,
         attributes: usize,

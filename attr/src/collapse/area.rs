@@ -1,4 +1,4 @@
-//! What a collapse takes of a surface's area.
+//! The area of the surface that a collapse removes.
 
 use glam::DVec3;
 
@@ -6,7 +6,7 @@ use super::Plan;
 use crate::metric::Metric;
 use crate::topology::Topology;
 
-/// Area that a collapse takes, in the units of the metric.
+/// Area that a collapse removes, in the units of the metric.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LostArea {
     /// Of the whole surface.
@@ -16,15 +16,15 @@ pub(crate) struct LostArea {
 }
 
 impl Plan {
-    /// How far it is from `position` to the farthest point around it.
+    /// The distance from `position` to the farthest point around it.
     pub(crate) fn reach(&self, position: DVec3) -> f64 {
         let squares = self.star.iter().flatten().map(|p| p.distance_squared(position));
         squares.fold(0.0, f64::max).sqrt()
     }
 
-    /// How much area goes if the merged point goes to `position`, below 0 if it grows: all of it, and what
-    /// borders lose of it. The sum of area vectors depends on the rim alone: where that is closed, no
-    /// border has receded, however much flatter the surface is.
+    /// The area lost if the merged point goes to `position`, below 0 if it grows: of the whole
+    /// surface, and as borders recede. The sum of area vectors depends on the rim alone: where that
+    /// is closed, no border has receded, however much flatter the surface is.
     pub(crate) fn lost_area(
         &self,
         topology: &Topology,

@@ -1,4 +1,4 @@
-//! Where a collapse may put its point, and what that costs beside the quadrics.
+//! The legal placements of a merged point, and their cost beside the quadrics.
 
 use glam::{DVec2, DVec3};
 
@@ -9,7 +9,7 @@ use crate::shape::{folds, is_worse_sliver, turns};
 use crate::topology::{Topology, on_outline};
 use crate::triangle::square_to_origin;
 
-/// What an end that comes off the surface costs, beside what its quadric says.
+/// The cost of an end that comes off the surface, beside its quadric.
 ///
 /// A quadric is about planes, and planes have no end: the tip of a string slides along its sides at
 /// no cost. Lab note (`cargo bench --bench quality -- --alone --views 6 --resolution 256 --samples
@@ -69,8 +69,8 @@ impl Plan {
         best
     }
 
-    /// How far the ends would be off the triangles around `position`: squared, times the area
-    /// that each end stands for.
+    /// The squared distances of the ends to the triangles around `position`, times the area that
+    /// each end stands for, summed.
     fn exposure(&self, metric: &Metric, position: DVec3) -> f64 {
         let off = |end: DVec3| {
             let tip = position - end;

@@ -24,8 +24,8 @@ impl Plan {
         self.near[1].iter().copied().filter(closes).collect()
     }
 
-    /// Whether the loop that is planned may become a point: its edges have two triangles each, none of
-    /// its points lies on an outline, no triangle spans it, and what is left around the point is as
+    /// Whether the planned loop may become a point: its edges have two triangles each, none of its
+    /// points lies on an outline, no triangle spans it, and what is left around the point is as
     /// simple as before.
     pub(crate) fn closes_loop(&mut self, topology: &Topology) -> bool {
         for &point in &self.points {

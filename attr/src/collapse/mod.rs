@@ -25,7 +25,7 @@ use crate::topology::Topology;
 /// The merged wedges of a collapse and the quadrics they add up to. Reused from one collapse to
 /// the next, so that evaluating one allocates nothing.
 pub(crate) struct Plan {
-    /// Those that merge, first the one that stays.
+    /// The points that merge, first the one that stays.
     points: Vec<PointId>,
     /// The wedges at them, point by point with where those of each end, and which of the merged wedges
     /// each becomes.
@@ -41,14 +41,14 @@ pub(crate) struct Plan {
     collapsing: Vec<TriangleId>,
     surviving: Vec<CornerId>,
     star: Vec<[DVec3; 2]>,
-    /// The points of the collapsing triangles that do not merge, once they are asked for.
+    /// The points of the collapsing triangles that do not merge, once they are computed.
     rim: Vec<PointId>,
     /// The area that each of them stands for.
     areas: Vec<f64>,
     /// Cost as a function of position.
     total: PointQuadric,
     weight: f64,
-    /// Where the volume is kept, if it is to be.
+    /// The plane of placements that keep the volume, if it is to be kept.
     volume: Option<Plane>,
     slots: Marks,
     counts: [Marks; 2],
@@ -111,9 +111,9 @@ impl Plan {
         self.weight
     }
 
-    /// What collapsing the edge between two points costs at least: by their quadrics, wherever the
-    /// merged point goes, or the squared length of the edge if that is to order collapses. Knows no
-    /// stars where both points have one wedge: nothing else is in the sum then.
+    /// A lower bound of the cost of collapsing the edge between two points: the minimum of their
+    /// quadrics, or the squared length of the edge if that is to order collapses. Doesn't gather
+    /// the triangles around the points where each has one wedge: nothing else is in the sum then.
     pub(crate) fn cost_lower_bound(
         &mut self,
         topology: &Topology,
@@ -256,7 +256,7 @@ impl Plan {
         }
     }
 
-    /// Which merged wedge one of the wedges at hand becomes.
+    /// The merged wedge that one of the wedges at hand becomes.
     fn merged(&self, wedge: WedgeId) -> usize {
         let slot = self.slots.get(wedge.index()).expect("a wedge of a merging point");
         self.merged_of[slot as usize] as usize

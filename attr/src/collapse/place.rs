@@ -1,4 +1,4 @@
-//! Where a merged point may go, and what its wedges have there.
+//! Placements of a merged point, and the attributes of its wedges there.
 
 use glam::DVec3;
 

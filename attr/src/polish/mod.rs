@@ -43,7 +43,7 @@ use sheet::{Sheet, neighbors};
 const MAX_TRIANGLES_SAMPLED_IN_FULL: usize = 30_000;
 const THINNED_SAMPLES: f64 = 5.0;
 
-/// How a level is fitted.
+/// Options of the fit of a level to its source.
 ///
 /// Lab note (`cargo bench --bench quality -- --alone --views 6 --resolution 256 --samples 30000`):
 /// RMS sRGB luminance, RMS distance and RMS color over those of levels without a fit, geometric mean
@@ -69,18 +69,20 @@ const THINNED_SAMPLES: f64 = 5.0;
 /// gives 0.940, 0.794 and 0.95.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Polish {
-    /// How often samples are paired anew and positions solved for.
+    /// Number of rounds, each of which pairs samples anew and solves for positions.
     pub rounds: usize,
     /// Samples on either surface for each triangle of the level, a fifth of that for those beyond
     /// 30,000.
     pub density: f64,
-    /// What holds a point where it was, in shares of the samples that a point has on average.
+    /// The weight that holds a point where it was, in shares of the samples that a point has on
+    /// average.
     pub damping: f64,
-    /// What holds a wedge's attributes as they were, in shares of the samples of a wedge.
+    /// The weight that holds a wedge's attributes as they were, in shares of the samples of a
+    /// wedge.
     pub attribute_damping: f64,
 }
 
-/// What holds still, and how far the rest may turn.
+/// Limits of a polish: what is locked, and how far the rest may rotate and move.
 pub(crate) struct Guards<'a> {
     /// One per point, or empty: a locked point holds still, and so do its wedges.
     pub(crate) locked: &'a [bool],
@@ -88,7 +90,7 @@ pub(crate) struct Guards<'a> {
     pub(crate) rotation_cosine: f64,
     /// Whether the volume stays what it is.
     pub(crate) keep_volume: bool,
-    /// How far a point may move from where it was, in the units of the mesh.
+    /// The largest distance that a point may move from where it was, in the units of the mesh.
     pub(crate) max_move: f64,
 }
 
@@ -99,8 +101,9 @@ impl Default for Polish {
 }
 
 impl Polish {
-    /// What gives most of it in half the time: luminance 1.03, distance 1.05 and color 1.03 of
-    /// the default's, where no polish at all gives 1.05, 1.21 and 1.02, mean over the six assets.
+    /// Options that give most of the improvement in half the time: luminance 1.03, distance 1.05
+    /// and color 1.03 of the default's, where no polish at all gives 1.05, 1.21 and 1.02, mean over
+    /// the six assets.
     pub const FAST: Self =
         Self { rounds: 1, density: 4.0, damping: 0.02, attribute_damping: 0.005 };
 

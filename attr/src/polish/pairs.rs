@@ -1,4 +1,4 @@
-//! Which points of two surfaces belong together.
+//! Pairs of points of two surfaces that belong together.
 
 use rayon::prelude::*;
 
@@ -41,9 +41,9 @@ pub(super) struct Pair {
 
 /// Samples of both surfaces, each with the nearest point of the other on the same side.
 pub(super) struct Pairs {
-    /// Those of samples of the source, then those of samples of the level.
+    /// The pairs of samples of the source, then the pairs of samples of the level.
     pub(super) all: Vec<Pair>,
-    /// How many come from the source.
+    /// Number of pairs of samples of the source.
     pub(super) there: usize,
 }
 
@@ -92,7 +92,7 @@ impl Pairs {
     }
 }
 
-/// What `meet` makes of `count` samples, in their order.
+/// The pairs that `meet` makes of `count` samples, in their order.
 fn pair(
     sheet: &Sheet<'_>,
     count: usize,

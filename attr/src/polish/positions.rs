@@ -78,7 +78,7 @@ pub(super) fn fit(
 struct Row {
     barycentrics: DVec3,
     normal: DVec3,
-    /// How far the level is off along the normal.
+    /// The distance of the level along the normal.
     offset: f64,
 }
 

@@ -13,7 +13,7 @@ use crate::triangle::{area_vector, closest_on_triangle};
 
 /// Points whose normals differ by more than this cosine lie on two sheets.
 const SAME_SIDE: f64 = 0.2;
-/// Where an edge has not just two triangles there is no neighbor.
+/// No neighbor: the edge has not just two triangles.
 const NONE: u32 = u32::MAX;
 /// From one triangle to the next at most so often: a point moves by a fraction of a level's triangle,
 /// and that may be some triangles of the source.
@@ -84,7 +84,7 @@ impl<'a> Sheet<'a> {
         Surface::new(&self.mesh.positions, self.triangles())
     }
 
-    /// Where a point lies.
+    /// The position of a point.
     pub(super) fn place(&self, point: &SurfacePoint) -> DVec3 {
         let [a, b, c] = self.mesh.triangle_positions(point.triangle.index()).map(Vec3::as_dvec3);
         let weights = point.barycentrics();
@@ -109,8 +109,8 @@ impl<'a> Sheet<'a> {
         Some(SurfacePoint::new(found.triangle, found.barycentrics))
     }
 
-    /// The same, found from `start` by going to neighbors while they are nearer. Not always the
-    /// nearest of all, but never farther than what `start` has.
+    /// The nearest point, found from `start` by going to neighbors while they are nearer. Not
+    /// always the nearest of all, but never farther than what `start` has.
     pub(super) fn follow(
         &self,
         start: TriangleId,

@@ -15,7 +15,7 @@ use crate::buckets::Buckets;
 /// Rows that one task works on, and terms that a dot product sums at a time.
 const CHUNK: usize = 2048;
 
-/// What is unknown at a vertex.
+/// The unknown at a vertex.
 pub(super) trait Unknown:
     Copy
     + Default
@@ -41,7 +41,7 @@ impl Unknown for DVec3 {
     }
 }
 
-/// How two vertices, or one with itself, are coupled.
+/// A block of the matrix: the coupling of two vertices, or of one with itself.
 pub(super) trait Block: Copy + Default + Send + Sync + AddAssign {
     type Vector: Unknown;
     /// Plus `by` times the identity.
@@ -116,7 +116,7 @@ impl Block for Symmetric {
     }
 }
 
-/// Which vertices a mesh joins, and which corners lie at each.
+/// The vertices that triangles join, and the corners at each.
 pub(super) struct Graph {
     /// Three vertices per triangle.
     triangles: Vec<[u32; 3]>,
@@ -171,7 +171,7 @@ impl Graph {
     }
 }
 
-/// What a triangle adds to the matrix: at its corners, then at its edges 01, 12 and 20.
+/// The terms that a triangle adds to the matrix: at its corners, then at its edges 01, 12 and 20.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Element<B> {
     pub(super) corners: [B; 3],

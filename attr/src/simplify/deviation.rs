@@ -1,4 +1,5 @@
-//! How far a descent may take the surface from where it set out, and how much of it may go.
+//! Limits on the distance of a simplified surface from its reference, and on the area that it may
+//! lose.
 //!
 //! A cost is an area times a squared distance, so a corner of a floor may go as cheaply as a bump of a
 //! ball, and once all that is cheap is gone or barred whatever is left is taken. Here no step is done
@@ -6,16 +7,17 @@
 //! limit from what is left, or puts a triangle farther than that from the reference; and what recedes at
 //! borders, gets thinner and is removed may add up to a share of the area.
 //!
-//! Each point carries samples of the reference, its points and places spread over its large triangles,
-//! and a bound on how far the surface around it is off: a collapse to x maps the triangles around a and b to
-//! those around x, and moves no place of them farther than x is from a or b. While the bound keeps to
-//! the limit nothing is asked. Beyond, the samples of a and b look for the triangles around x and places
-//! on these for the reference, and what is found is the bound from then on. (One-sided distances on both
-//! sides, as Klein, Liebich and Straßer, "Mesh reduction with error control", Visualization 1996.)
+//! Each point carries samples of the reference, its points and places spread over its large
+//! triangles, and a bound on how far the surface around it is off: a collapse to x maps the
+//! triangles around a and b to those around x, and moves no place of them farther than x is from a
+//! or b. While the bound is within the limit nothing is tested. Beyond, the samples of a and b look
+//! for the triangles around x and places on these for the reference, and what is found is the bound
+//! from then on. (One-sided distances on both sides, as Klein, Liebich and Straßer, "Mesh reduction
+//! with error control", Visualization 1996.)
 //!
-//! Guaranteed: at each step that was asked about, samples and places were within the limit. Not
-//! guaranteed: the same between them, nor after a polish, which moves all points: low-poly props reach 1.5
-//! times the limit, plates full of holes 1.74.
+//! Guaranteed: at each step that was tested, samples and places were within the limit. Not
+//! guaranteed: the same between them, nor after a polish, which moves all points: low-poly props
+//! reach 1.5 times the limit, plates full of holes 1.74.
 
 mod star;
 
@@ -33,7 +35,7 @@ use star::{Star, nearest_corner, search_around};
 
 /// End of a list of samples.
 const NO_LINK: u32 = u32::MAX;
-/// So many samples of a point are asked at most, spread evenly over its list.
+/// The most samples of a point that are tested, spread evenly over its list.
 const MOST_ASKED: usize = 256;
 
 /// A side of a triangle of the reference is cut into so many samples at most, fewer if all triangles
@@ -42,9 +44,10 @@ const MOST_A_SIDE: usize = 16;
 const MOST_SAMPLES: usize = 200_000;
 const MOST_A_SIDE_ASKED: usize = 6;
 
-/// What is asked at most, in looks of a sample at a triangle: so many for each sample, and so many more. A
-/// place that looks for the reference counts as `LOOKUPS_PER_PLACE` of them. Beyond, nothing that would have to ask is
-/// allowed: in a soup of triangles that reach over each other there is no end to it.
+/// The budget of tests, each of a sample against a triangle: so many for each sample, and so many
+/// more. A search of the reference counts as `LOOKUPS_PER_PLACE` of them. Beyond, no step that
+/// would need tests is allowed: in a soup of triangles that reach over each other there is no end
+/// to them.
 const LOOKS_PER_SAMPLE: usize = 100;
 const MAX_LOOKUPS: usize = 20_000_000;
 const LOOKUPS_PER_PLACE: usize = 64;
@@ -74,21 +77,21 @@ pub(super) struct DeviationGuard {
     /// itself.
     bounds: Vec<f64>,
     merged_into: Vec<PointId>,
-    /// How shells of the reference differ in color from what lies behind, once that was asked.
+    /// Contrasts of shells of the reference to what lies behind them, as far as they were computed.
     contrasts: FxHashMap<u32, f64>,
-    /// How many looks are left.
+    /// Tests that are left of the budget.
     looks: usize,
-    /// What the step that is looked at comes to, and the last one that was allowed.
+    /// The results of the step that is tried, and of the last one that was allowed.
     trial: Step,
     step: Step,
 }
 
-/// What a step that is allowed comes to.
+/// The results of a step, if it is done.
 #[derive(Default)]
 struct Step {
     bound: f64,
     lost: f64,
-    /// The points whose samples were asked, and who carries which sample from then on.
+    /// The points whose samples were tested, and the point that carries each sample from then on.
     asked: Vec<PointId>,
     carriers: Vec<(u32, PointId)>,
 }
@@ -290,8 +293,8 @@ impl DeviationGuard {
         self.last[kept] = last;
     }
 
-    /// How a shell that consists of `points` differs in color from what lies behind it: 0 to 1. Asked once
-    /// a shell, at a few of its points.
+    /// The contrast of a shell that consists of `points` to what lies behind it: 0 to 1. Computed
+    /// once a shell, at a few of its points.
     pub(super) fn contrast(&mut self, points: &[PointId]) -> f64 {
         let Some(shell) = points.first().and_then(|&point| self.reference.colored_shell(point))
         else {
@@ -311,7 +314,7 @@ impl DeviationGuard {
         contrast
     }
 
-    /// Whether the shell of a point was asked about before, and can't be removed.
+    /// Whether the shell of a point was found before to be one that can't be removed.
     pub(super) fn needs(&self, point: PointId) -> bool {
         self.reference.needs(point)
     }

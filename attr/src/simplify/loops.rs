@@ -16,8 +16,8 @@ impl Descent<'_> {
         }
     }
 
-    /// Makes a loop a point at its cheapest legal place, or queues it again if that costs more than what
-    /// waits. Returns how many triangles went.
+    /// Makes a loop a point at its cheapest legal place, or queues it again if another item may be
+    /// cheaper. Returns the number of triangles removed.
     pub(super) fn close_loop(&mut self, edge: EdgeId, queue_slack: f64) -> Result<usize, Stop> {
         let Some(cheapest) = self.plan_loop(edge) else { return Ok(0) };
         if self.must_wait(Item::Loop(edge), cheapest.cost, queue_slack) {

@@ -1,5 +1,5 @@
-//! The greedy descent: the cheapest collapse first, until a target is reached (Garland & Heckbert,
-//! "Surface simplification using quadric error metrics", SIGGRAPH 1997).
+//! Greedy simplification: the cheapest collapse first, until a target is reached (Garland &
+//! Heckbert, "Surface simplification using quadric error metrics", SIGGRAPH 1997).
 
 mod deviation;
 mod loops;
@@ -56,13 +56,14 @@ impl std::fmt::Display for Stop {
     }
 }
 
-/// A mesh on its way down.
+/// A mesh that is being simplified, with a lazy priority queue: keys are lower bounds, re-evaluated
+/// on pop.
 ///
-/// An edge waits under the cost it had when it was last looked at. Quadrics only grow until they are
-/// summed anew, and then all edges are queued anew. So that cost is a lower bound of what the edge
-/// costs by now, and looking again when its turn comes is enough to keep the order: a collapse leaves
-/// its neighbors alone. Lengths may shrink, so where they order collapses the edges around each are
-/// queued anew.
+/// A key is the cost when the item was last evaluated. It stays a lower bound because quadrics only
+/// grow until they are summed anew, and then all edges are queued anew; only the exposure that a
+/// cost may include can shrink, which is rare. So a collapse leaves the keys of its neighbors
+/// alone, and an item that has come to cost more than the next key is queued again when it is
+/// popped. Lengths may shrink, so where they order collapses the edges around each are queued anew.
 pub(crate) struct Descent<'a> {
     source: &'a Mesh,
     layout: Layout,
@@ -72,13 +73,13 @@ pub(crate) struct Descent<'a> {
     groups: Vec<u32>,
     /// Per point: whether it stays as it is.
     locked: Vec<bool>,
-    /// How many of its points may move.
+    /// Number of points that are not locked.
     free_points: usize,
     /// Packed [`Item`]s.
     queue: Queue,
-    /// Per edge: what it cost at least when this descent began, 0 if nobody had asked.
+    /// Per edge: a lower bound of its cost when this descent began, 0 if none was known.
     bounds: Vec<f32>,
-    /// Per edge: whether it was found illegal and waits for its surroundings to change.
+    /// Per edge: whether it was found illegal and is left out until its surroundings change.
     aside: Vec<bool>,
     rejected: Vec<(f64, Item)>,
     /// Its triangles when those were last queued again.
@@ -90,8 +91,8 @@ pub(crate) struct Descent<'a> {
     point_sources: Vec<PointId>,
     wedge_sources: Vec<WedgeId>,
     max_error: f64,
-    /// What keeps the surface near the source, if anything does, and whether something that is aside is so
-    /// because of it.
+    /// The limits on deviation, if there are any, and whether an item was put aside because of
+    /// them.
     guard: Option<DeviationGuard>,
     is_held_back: bool,
     /// The largest error so far, in the units of the metric.
@@ -147,12 +148,12 @@ impl<'a> Descent<'a> {
         self.guard = Some(DeviationGuard::new(&self.topology, &self.metric, colors, limits));
     }
 
-    /// Whether it is kept within limits.
+    /// Whether deviation is limited.
     pub(crate) fn is_guarded(&self) -> bool {
         self.guard.is_some()
     }
 
-    /// How many of its points may move.
+    /// Number of points that are not locked.
     pub(crate) fn free_points(&self) -> usize {
         self.free_points
     }
@@ -166,7 +167,7 @@ impl<'a> Descent<'a> {
         self.topology.live_count()
     }
 
-    /// The least cost that waits, infinite if nothing does.
+    /// The least key in the queue, infinite if it is empty.
     pub(crate) fn least(&self) -> f64 {
         self.queue.least()
     }
@@ -187,8 +188,8 @@ impl<'a> Descent<'a> {
         self.descend_while(|_, triangles| triangles > target, queue_slack, removed)
     }
 
-    /// Collapses while `goes_on` says so of the least cost that waits and of the triangles left. A
-    /// collapse has its turn when nothing that waits costs less than the share `queue_slack` of it.
+    /// Collapses while `goes_on` is true of the least key and of the triangles left. A collapse is
+    /// done if no key is below the share `queue_slack` of its cost.
     pub(crate) fn descend_while(
         &mut self,
         mut goes_on: impl FnMut(f64, usize) -> bool,
@@ -226,8 +227,8 @@ impl<'a> Descent<'a> {
         None
     }
 
-    /// Collapses an edge at its cheapest legal placement, or queues it again if that costs more
-    /// than what waits. Returns how many triangles went.
+    /// Collapses an edge at its cheapest legal placement, or queues it again if another item may be
+    /// cheaper. Returns the number of triangles removed.
     fn collapse(&mut self, edge: EdgeId, queue_slack: f64) -> Result<usize, Stop> {
         let Some(points) = self.topology.ends(edge) else { return Ok(0) };
         let lower_bound = self.plan.cost_lower_bound(&self.topology, &self.metric, points);
@@ -239,7 +240,7 @@ impl<'a> Descent<'a> {
         if self.plan.is_void() { Ok(0) } else { self.merge(item, lower_bound, points, queue_slack) }
     }
 
-    /// Does what is planned for two points, or queues the item again. `lower_bound` is what it costs at least.
+    /// Merges two points as planned, or queues the item again. `lower_bound` bounds its cost.
     fn merge(
         &mut self,
         item: Item,
@@ -270,7 +271,7 @@ impl<'a> Descent<'a> {
         self.apply(best)
     }
 
-    /// Does what is planned, unless it passes the error limit. Returns how many triangles went.
+    /// Applies the plan, unless it passes the error limit. Returns the number of triangles removed.
     fn apply(&mut self, Candidate { cost, position }: Candidate) -> Result<usize, Stop> {
         self.record_error(cost, self.plan.weight())?;
         let (before, kept) = (self.triangles(), self.plan.points()[0]);
@@ -283,7 +284,7 @@ impl<'a> Descent<'a> {
         Ok(before - self.triangles())
     }
 
-    /// The cheapest place for what is planned that is legal and keeps the surface near the source.
+    /// The cheapest placement for the plan that is legal and within the limits on deviation.
     fn best(&mut self, cheapest: Candidate) -> Option<Candidate> {
         let Self { plan, topology, metric, guard, is_held_back, .. } = self;
         plan.best(topology, metric, cheapest, |plan, position| {
@@ -295,7 +296,8 @@ impl<'a> Descent<'a> {
         })
     }
 
-    /// Queues an item again if something that waits costs less than the share `queue_slack` of its cost.
+    /// Queues an item again if a key is below the share `queue_slack` of its cost, and returns
+    /// whether it did.
     fn must_wait(&mut self, item: Item, cost: f64, queue_slack: f64) -> bool {
         let waits = self.queue.has_cheaper(queue_slack * cost);
         if waits {
@@ -314,7 +316,7 @@ impl<'a> Descent<'a> {
         Ok(())
     }
 
-    /// Passes on what the merged point and its wedges stand for: the end that lies nearest.
+    /// Sets the source point and wedges of the merged point: those of the end that lies nearest.
     fn pass_on_sources(&mut self, position: glam::DVec3) {
         let distance = |point: PointId| self.metric.positions[point].distance_squared(position);
         let kept = self.plan.points()[0];

@@ -61,7 +61,7 @@ impl Pairs {
         Self { pairs, merged_into: (0..count).map(PointId::new).collect() }
     }
 
-    /// Where the points of a pair are now; `None` if they have met.
+    /// The points that a pair has merged into; `None` if that is one point.
     fn ends(&mut self, pair: usize) -> Option<[PointId; 2]> {
         let [a, b] = self.pairs[pair].map(|point| root(&mut self.merged_into, point));
         (a != b).then(|| [a.min(b), a.max(b)])
@@ -86,13 +86,13 @@ impl Descent<'_> {
         }
     }
 
-    /// Queues all pairs. Their costs are worked out in their turn.
+    /// Queues all pairs with key 0: their costs are computed on pop.
     pub(super) fn queue_pairs(&mut self) {
         let pairs = 0..self.pairs.pairs.len() as u32;
         pairs.for_each(|pair| self.queue.push(0.0, Item::Pair(pair).pack()));
     }
 
-    /// Merges a pair, or queues it again if that costs more than what waits.
+    /// Merges a pair, or queues it again if another item may be cheaper.
     pub(super) fn join(&mut self, pair: u32, queue_slack: f64) -> Result<usize, Stop> {
         let item = Item::Pair(pair);
         let Some(points) = self.pairs.ends(pair as usize) else { return Ok(0) };
@@ -101,7 +101,7 @@ impl Descent<'_> {
             return Ok(0);
         }
         self.plan.set(&self.topology, &self.metric, &points);
-        // What has got an edge by now waits as that.
+        // Points that have got an edge by now are queued as that.
         if !self.plan.is_void() {
             return Ok(0);
         }

@@ -1,4 +1,4 @@
-//! The surface that a descent set out from, to ask how far a place is from what is left of it.
+//! The surface before a descent, and the distance of a place to it.
 
 use std::sync::OnceLock;
 
@@ -14,7 +14,7 @@ use crate::topology::Topology;
 pub(super) struct Reference {
     positions: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
-    /// Built when it is first asked: most descents never do.
+    /// Built at the first search: most descents need none.
     surface: OnceLock<Surface>,
     /// Per point: the shell that it belonged to, named by its least point.
     shells: Vec<u32>,
@@ -76,7 +76,7 @@ impl Reference {
         self.colors.get(point.index()).map(|_| self.shells[point.index()])
     }
 
-    /// How the color of a point differs from that of the nearest place on shells other than those of
+    /// The difference in color between a point and the nearest place on shells other than those of
     /// `points`: RMS over the channels. `None` if there are none, or no colors.
     pub(super) fn contrast(&self, point: PointId, points: &[PointId]) -> Option<f64> {
         let own = self.colors.get(point.index())?;

@@ -1,4 +1,4 @@
-//! What a descent leaves: the working mesh of the next, or a mesh.
+//! Results of a descent: the working mesh of the next, or a mesh.
 
 use super::Descent;
 use crate::id::{PointId, TriangleId, WedgeId};
@@ -60,7 +60,7 @@ impl Descent<'_> {
     }
 }
 
-/// What is marked as live.
+/// The entries that are marked as live.
 fn kept<T>(mut all: Vec<T>, live: &[bool]) -> Vec<T> {
     let mut live = live.iter();
     all.retain(|_| live.next() == Some(&true));

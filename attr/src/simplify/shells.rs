@@ -14,11 +14,11 @@ use crate::topology::Topology;
 /// collapse. A closed shell can't go below four triangles, and a sharp one sticks somewhat above.
 const MAX_SHELL_TRIANGLES: usize = 16;
 
-/// How much a difference in color between a shell and what lies behind it counts beside one in vertex colors:
-/// more keeps lamps and costs the rest (benches/METRIC.md, where a descent stops).
+/// The weight of a difference in color between a shell and what lies behind it, beside one in
+/// vertex colors: more keeps lamps and costs the rest (benches/METRIC.md, where a descent stops).
 const CONTRAST_WEIGHT: f64 = 10.0;
 
-/// The end of a shell, in the units of the metric.
+/// The removal of a shell, in the units of the metric.
 struct End {
     area: f64,
     radius: f64,
@@ -26,8 +26,8 @@ struct End {
 }
 
 impl Descent<'_> {
-    /// Takes a small shell out, unless it is all there is, holds a locked point or costs more than
-    /// what waits.
+    /// Removes a small shell, unless it is all there is or holds a locked point; queues it again if
+    /// another item may be cheaper.
     pub(super) fn remove_shell(&mut self, point: PointId, queue_slack: f64) -> Result<usize, Stop> {
         let shell = small_shell(&self.topology, point, &mut self.counts);
         let Some(shell) = shell.filter(|s| !s.is_empty() && s.len() < self.triangles()) else {
@@ -70,15 +70,15 @@ impl Descent<'_> {
                 self.is_held_back = true;
                 return;
             }
-            // One item a shell, whichever of its points was asked.
+            // One item a shell, from whichever of its points it was found.
             let name = self.topology.points(first)[0];
             let cost = self.end_of(&shell).cost;
             self.queue.push(cost, Item::Shell(name).pack());
         }
     }
 
-    /// What the end of a shell costs: its area off by its radius, and by its contrast to what lies behind.
-    /// A lamp is small, and missed.
+    /// The cost of removing a shell: its area off by its radius, and by its contrast to what lies
+    /// behind. A lamp is small, and missed.
     fn end_of(&mut self, shell: &[TriangleId]) -> End {
         let (area, radius) = measure(shell, &self.topology, &self.metric);
         let points = points_of(shell, &self.topology);

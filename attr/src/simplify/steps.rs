@@ -1,4 +1,4 @@
-//! A descent that remembers one step of its way.
+//! Simplification in steps: quadrics are summed anew between them.
 
 use std::sync::atomic::AtomicUsize;
 
@@ -28,7 +28,8 @@ use crate::rank::rank_all;
 pub(crate) const REBUILD_SHARE: f64 = 0.75;
 
 impl Descent<'_> {
-    /// Like [`descend`](Self::descend), with quadrics of the surface as it was at most a step ago.
+    /// Like [`descend`](Self::descend), with quadrics of the surface as it was at most one step
+    /// before.
     pub(crate) fn descend_in_steps(
         &mut self,
         target: usize,

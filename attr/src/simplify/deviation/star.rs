@@ -1,4 +1,4 @@
-//! What is around a merged point, to be asked how near it is.
+//! The triangles around a merged point, and the distance of a place to them.
 
 use glam::DVec3;
 
@@ -78,7 +78,7 @@ pub(super) fn search_around(
     }
 }
 
-/// Which of the corners of a triangle is nearest to a place.
+/// The corner of a triangle that is nearest to a place.
 pub(super) fn nearest_corner(place: DVec3, corners: [(PointId, DVec3); 3]) -> PointId {
     let mut best = (f64::INFINITY, corners[0].0);
     for (point, position) in corners {
