@@ -1,4 +1,4 @@
-//! Which texels of an image a set of UV triangles covers, under its wrap modes.
+//! The texels of an image that a set of UV triangles covers, under its wrap modes.
 //!
 //! Each span of a triangle adds 1 where it begins and takes 1 where it ends; one running sum per
 //! row at the end tells which texels any span covered. So a triangle costs its rows, not its

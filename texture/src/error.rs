@@ -1,4 +1,4 @@
-//! What can be wrong with an image or a mesh.
+//! Errors: an image or mesh that can't be worked with, or an atlas without room.
 
 /// Errors of this crate, by whose fault it is.
 #[derive(Debug, thiserror::Error)]
@@ -6,13 +6,13 @@ pub enum Error {
     /// The image or mask handed in can't be worked with.
     #[error("invalid image: {what}")]
     Invalid {
-        /// What is wrong.
+        /// The fault.
         what: String,
     },
     /// The mesh handed in can't be worked with.
     #[error("invalid mesh: {what}")]
     Mesh {
-        /// What is wrong.
+        /// The fault.
         what: String,
     },
     /// An atlas has no room for all charts, however small.

@@ -11,7 +11,7 @@ use crate::wrap::Wrap;
 /// Rows that one thread works on at a time.
 pub(crate) const ROWS: usize = 16;
 
-/// How much more than its share of valid texels a coarse texel counts, at most in full.
+/// The factor by which a coarse texel counts more than its share of valid texels, at most in full.
 ///
 /// Weights that are plain shares (1) leave a texel beside a chart mostly to coarser levels, so that
 /// the fill steps away from the chart at its very outline. Held-out rings of texels of two scanned

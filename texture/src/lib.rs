@@ -19,13 +19,13 @@
 //!
 //! # Pull-push
 //!
-//! [`fill_holes`] interpolates scattered texels in time linear in the image. *Pull* halves the image
-//! again and again, averaging valid texels only and keeping what share of each average was valid.
-//! Somewhere on the way down every hole has shrunk below the kernel. *Push* walks back up: where a
-//! texel is invalid, or valid in part, the level below interpolates what is missing. Near a chart
-//! the fill has the colors of its nearest texels; far away, ever wider averages. With a box filter
-//! down and nearest texels up the fill would show its blocks; the smooth 4 × 4 kernel down and
-//! bilinear weights up hide them.
+//! [`fill_holes`] interpolates scattered texels in time linear in the image. *Pull* halves the
+//! image again and again, averaging valid texels only and keeping what share of each average was
+//! valid. At some level every hole has shrunk below the kernel. *Push* walks back up: where a texel
+//! is invalid, or valid in part, the level below interpolates what is missing. Near a chart the
+//! fill has the colors of its nearest texels; far away, ever wider averages. With a box filter down
+//! and nearest texels up the fill would show its blocks; the smooth 4 × 4 kernel down and bilinear
+//! weights up hide them.
 //!
 //! [`repair`](fn@repair) does this in the space where averages mean something: linear light for
 //! colors, vectors for normals. So does [`scale_down`], which makes an image smaller from valid

@@ -19,7 +19,7 @@ use crate::error::{Error, Result};
 use crate::plane::Plane;
 use crate::wrap::Wrap;
 
-/// What the color channels of 8-bit texels mean; alpha is always linear.
+/// The encoding of the color channels of 8-bit texels; alpha is always linear.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ColorEncoding {
     /// sRGB-encoded light: base color and emissive textures.

@@ -26,15 +26,15 @@ use crate::samples::{Coding, Group, Sample, with_buffer};
 use crate::validity::Validity;
 use crate::wrap::Wrap;
 
-/// How far a channel may be from what is expected: a share of its range; beyond the range, as in
-/// float images, a share of what is expected.
+/// The largest difference of a channel from what is expected: a share of its range; beyond the
+/// range, as in float images, a share of what is expected.
 ///
 /// Four atlases of a racquet, which its tool has padded: of the texels that bilinear taps read around
 /// their charts, one ring keeps 99.7, 100, 97 and, around thin strings, 73 % by color, and 99.7, 100,
 /// 99 and 99.9 % by normal.
 const TOLERANCE: f32 = 0.1;
 
-/// How far a normal may be turned from the one that is expected: cos 15°.
+/// The least cosine between a normal and the one that is expected: cos 15°.
 const LEAST_COSINE: f32 = 0.965_925_8;
 
 /// The invalid texels in up to `rings` rings around the valid ones that agree with them; `wrap` is
@@ -87,7 +87,7 @@ pub fn keep_padding(
     Ok(padding.valid())
 }
 
-/// What a texel is or should be: color as it is averaged, and alpha.
+/// The look of a texel, found or expected: color as it is averaged, and alpha.
 #[derive(Clone, Copy, Debug)]
 struct Look {
     color: [f32; 3],
@@ -154,7 +154,7 @@ impl<'a, S: Sample> Padding<'a, S> {
         kept
     }
 
-    /// What a texel is; `None` if that is no number.
+    /// The look of a texel; `None` if a sample is no number.
     fn look(&self, texel: usize) -> Option<Look> {
         let start = texel * self.color.stride;
         let samples = &self.samples[start..start + self.color.stride];

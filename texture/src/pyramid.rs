@@ -33,14 +33,14 @@ use crate::kernel::{
 use crate::plane::Plane;
 use crate::wrap::Wrap;
 
-/// What a texel does in a fill.
+/// The role of a texel in a fill.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TexelRole {
-    /// It gives its value, and keeps it. The value must be finite.
+    /// Gives its value to holes, and keeps it. The value must be finite.
     Source,
-    /// It keeps its value, and gives nothing.
+    /// Keeps its value, and gives nothing.
     Bystander,
-    /// It takes what the sources give.
+    /// Takes what the sources give.
     Hole,
 }
 

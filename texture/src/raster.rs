@@ -81,13 +81,13 @@ impl Edge {
         self.sign * (self.along.x * from.y - self.along.y * from.x) + self.slack
     }
 
-    /// How the function changes along a row.
+    /// The slope of the function along a row.
     #[inline]
     fn slope(&self) -> f64 {
         -self.sign * self.along.y
     }
 
-    /// Where the function is 0 in the row at `y`. Rounded; callers check their neighbours.
+    /// The x where the function is 0 in the row at `y`. Rounded; callers check their neighbours.
     #[inline]
     fn zero(&self, y: f64) -> f64 {
         let rise = self.sign * self.along.x * (y - self.start.y) + self.slack;
@@ -269,7 +269,7 @@ impl UvTriangle {
         nearer(nearer(a, b), c)
     }
 
-    /// How far `p` is from the triangle, in texels; 0 inside.
+    /// The distance of `p` to the triangle, in texels; 0 inside.
     pub(crate) fn distance(&self, p: DVec2) -> f64 {
         self.nearest(p).distance(p)
     }

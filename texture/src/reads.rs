@@ -1,4 +1,4 @@
-//! How many invalid texels filtering reads, level by level.
+//! The count of invalid texels that filtering reads, level by level.
 //!
 //! A texel of mip level m + 1 is made from the texels of level m whose area it overlaps, and is
 //! clean when all of those are. At each level, bilinear taps at positions inside a UV triangle read
@@ -37,20 +37,20 @@ use crate::raster::{UvTriangle, to_texels};
 use crate::validity::Validity;
 use crate::wrap::Wrap;
 
-/// What bilinear taps inside the charts read at one mip level.
+/// The counts of texels that bilinear taps inside the charts read at one mip level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MipReads {
     /// Width of the level in texels.
     pub width: usize,
     /// Height of the level in texels.
     pub height: usize,
-    /// Distinct texels that are read.
+    /// Number of distinct texels that are read.
     pub read: usize,
-    /// Those of them that an invalid texel went into.
+    /// Number of those that an invalid texel went into.
     pub invalid: usize,
 }
 
-/// How a texture is read and stored, beyond plain bilinear taps.
+/// The filtering and storage of a texture, beyond plain bilinear taps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Footprint {
     /// Most taps of an anisotropic read; 1 for reads that are not.

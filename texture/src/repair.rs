@@ -19,12 +19,13 @@ use crate::samples::{Coding, Group, Sample, with_buffer};
 use crate::validity::Validity;
 use crate::wrap::Wrap;
 
-/// What a repair did.
+/// The result of a repair.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Outcome {
-    /// Texels that were invalid and have a value now.
+    /// Number of texels that were invalid and have a value now.
     pub filled: usize,
-    /// Texels that are still invalid, because no valid texel had a value to lend: none or all.
+    /// Number of texels that are still invalid, because no valid texel had a value to lend: none or
+    /// all.
     pub remaining: usize,
 }
 
@@ -84,7 +85,8 @@ impl Job<'_> {
         Outcome { filled, remaining }
     }
 
-    /// What each texel does. A valid texel whose alpha, in channel `unseen`, is 0 lends nothing.
+    /// The role of each texel in the fill. A valid texel whose alpha, in channel `unseen`, is 0
+    /// lends nothing.
     fn texel_roles<S: Sample>(
         self,
         samples: &[S],

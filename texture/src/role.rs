@@ -1,6 +1,6 @@
-//! What texels mean.
+//! The meaning of texels.
 
-/// What the samples of an image mean.
+/// The meaning of an image's samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Role {
     /// Base color, emission: sRGB in integer images, linear light in float images.

@@ -1,4 +1,4 @@
-//! How an image's samples stand for numbers that may be averaged.
+//! The numbers that an image's samples stand for, in spaces where they may be averaged.
 
 use std::sync::LazyLock;
 
@@ -29,7 +29,7 @@ macro_rules! with_buffer {
 }
 pub(crate) use with_buffer;
 
-/// What a sample encodes.
+/// The encoding of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Coding {
     /// A color: sRGB in integers; in floats linear light as it is.

@@ -1,4 +1,4 @@
-//! Which texels of an image may be trusted.
+//! The texels of an image that may be trusted.
 //!
 //! With a mesh, a texel is valid when its centre lies in one of the mesh's UV triangles. Several
 //! meshes may share an image: take the union. Without a mesh the background color tells (see
@@ -18,7 +18,7 @@ use crate::plane::Plane;
 use crate::raster::{UvTriangle, to_texels};
 use crate::wrap::Wrap;
 
-/// For each texel of an image, whether its value may be trusted.
+/// A mask: for each texel of an image, whether its value may be trusted.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Validity {
     width: usize,
@@ -112,12 +112,12 @@ impl Validity {
         }
     }
 
-    /// Makes sure that it is of the size of an image.
+    /// Checks that the mask has the size of an image.
     pub(crate) fn expect_size_of(&self, image: &DynamicImage) -> Result<()> {
         self.expect_size([image.width() as usize, image.height() as usize])
     }
 
-    /// The same for an image of this width and height.
+    /// Checks that the mask has this width and height.
     pub(crate) fn expect_size(&self, [width, height]: [usize; 2]) -> Result<()> {
         if [width, height] == [self.width, self.height] {
             return Ok(());
@@ -151,12 +151,12 @@ impl Validity {
         self.mask[y * self.width + x]
     }
 
-    /// How many texels may be trusted.
+    /// Number of texels that may be trusted.
     pub fn valid(&self) -> usize {
         self.mask.iter().filter(|&&valid| valid).count()
     }
 
-    /// How many may not.
+    /// Number of texels that may not be trusted.
     pub fn invalid(&self) -> usize {
         self.mask.len() - self.valid()
     }

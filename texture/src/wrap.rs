@@ -1,4 +1,4 @@
-//! How a sampler reads texels beyond the image's edge (glTF 2.0 §5.26, `sampler.wrapS`).
+//! Wrap modes of a sampler: reads beyond the image's edge (glTF 2.0 §5.26, `sampler.wrapS`).
 
 /// A sampler's wrap mode along one axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

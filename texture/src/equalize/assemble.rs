@@ -15,7 +15,7 @@ pub(super) struct Assembled {
     pub(super) problem: Problem,
 }
 
-/// What the problem is made from.
+/// The input of the problem.
 #[derive(Clone, Copy)]
 pub(super) struct Assembly<'a> {
     pub(super) seams: &'a [Placed],
@@ -24,7 +24,7 @@ pub(super) struct Assembly<'a> {
     pub(super) options: Options,
 }
 
-/// What one seam adds.
+/// The terms that one seam adds to the problem.
 #[derive(Default)]
 struct Part {
     problem: Problem,

@@ -1,4 +1,4 @@
-//! Which texels of an image a bilinear tap at some mip level is made of.
+//! The texels of an image that a bilinear tap at some mip level is made of.
 //!
 //! A bilinear tap at level m blends four texels of that level, each of them the mean of texels of
 //! the image itself (box filter, as in [`Mips`](crate::Mips)): every tap is a sum of the image's
@@ -13,7 +13,7 @@ use crate::wrap::Wrap;
 /// Texels and the weights they are read with: index `y · width + x`, no texel twice, sum 1.
 pub(super) type Taps = Vec<(usize, f64)>;
 
-/// How an image is read.
+/// The sampler of an image.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sampler {
     /// Width and height in texels.
@@ -23,7 +23,8 @@ pub(super) struct Sampler {
 }
 
 impl Sampler {
-    /// What the bilinear tap at `at`, in texels of the image, reads at mip level `level`.
+    /// The texels that the bilinear tap at `at`, in texels of the image, reads at mip level
+    /// `level`.
     pub(super) fn taps(&self, at: DVec2, level: usize) -> Taps {
         let columns = axis_taps(at.x, self.size[0], self.wrap[0], level);
         let rows = axis_taps(at.y, self.size[1], self.wrap[1], level);

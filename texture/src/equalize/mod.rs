@@ -64,11 +64,11 @@ pub use seam::Seam;
 /// Mip levels at which steps are reported, the image itself first.
 pub const STEP_LEVELS: usize = 4;
 
-/// How far texels may go to make both sides of a seam equal.
+/// Options of an equalization: how far texels may change to make both sides of a seam equal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
-    /// λ of a texel that a chart covers: how much a change of it counts beside a step along one
-    /// texel of seam. Above 0.
+    /// λ of a texel that a chart covers: the weight of a change of it beside a step along one texel
+    /// of seam. Above 0.
     pub stiffness: f64,
     /// λ of a texel that no chart covers. Above 0.
     pub free_stiffness: f64,
@@ -85,19 +85,19 @@ impl Default for Options {
     }
 }
 
-/// What an equalisation did.
+/// The result of an equalization.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Equalized {
-    /// Seams that were compared.
+    /// Number of seams that were compared.
     pub seams: usize,
     /// RMS step across the seams at each mip level before, as a share of the range of the working
     /// space: 0…1 for light and numbers, of which floats may have more, −1…1 for vectors.
     pub before: [f64; STEP_LEVELS],
-    /// The same after, in the samples that the image can hold.
+    /// RMS step after, in the samples that the image can hold.
     pub after: [f64; STEP_LEVELS],
-    /// Texels that changed.
+    /// Number of texels that changed.
     pub texels: usize,
-    /// Those of them that a chart covers.
+    /// Number of changed texels that a chart covers.
     pub covered_texels: usize,
     /// Greatest change of a channel of a texel, as a share of the range.
     pub max_change: f64,
@@ -124,7 +124,7 @@ pub fn equalize(
     with_buffer!(image, buffer => job.run(buffer))
 }
 
-/// The same for up to three channels that are numbers as they are, as a light map's.
+/// Equalizes the seams of up to three channels that are numbers as they are, as a light map's.
 ///
 /// # Errors
 /// [`Error::Invalid`](crate::Error::Invalid) if `validity` has another size than `plane`.

@@ -9,7 +9,7 @@ use crate::raster::to_texels;
 /// A seam as long as this many times the image's longer side is left out: it would cost samples
 /// without end.
 const MOST_REPEATS: f64 = 8.0;
-/// Of more length than this all told, in texels, what comes last is left out.
+/// The most length of all seams together, in texels; seams beyond are left out.
 const MOST_LENGTH: f64 = 4e6;
 
 /// An edge of a surface that two triangles read at two places of an image.
@@ -17,8 +17,8 @@ const MOST_LENGTH: f64 = 4e6;
 pub struct Seam {
     /// UVs of the edge's two ends, for each of its two triangles.
     pub sides: [[Vec2; 2]; 2],
-    /// What turns a vector of the second side's tangent space into the first's, at either end.
-    /// `None` where the shading normals differ, or nobody asked: a normal map is then left as it is.
+    /// The rotation from the second side's tangent space to the first's, at either end. `None`
+    /// where the shading normals differ, or nobody asked: a normal map is then left as it is.
     pub turns: Option<[Mat3; 2]>,
 }
 
@@ -27,22 +27,22 @@ pub struct Seam {
 pub(super) struct Placed {
     sides: [[DVec2; 2]; 2],
     turns: Option<[DMat3; 2]>,
-    /// Of the longer side, in texels.
+    /// Length of the longer side, in texels.
     length: f64,
 }
 
 /// A point of a seam that is compared at a mip level.
 #[derive(Clone, Debug)]
 pub(super) struct Station {
-    /// What either side reads.
+    /// The texels that either side reads.
     pub(super) taps: [Taps; 2],
-    /// What turns the second side's vectors, if they are tangent vectors.
+    /// The rotation of the second side's vectors, if they are tangent vectors.
     pub(super) turn: Option<DMat3>,
-    /// How much of the seam the point stands for, in texels.
+    /// The length of seam that the point stands for, in texels.
     pub(super) length: f64,
 }
 
-/// Where the points of a seam lie.
+/// The distribution of points along a seam.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Spread {
     /// At least two points a texel, both ends among them: what is solved for.
@@ -114,7 +114,7 @@ impl Station {
         self.turn.map_or(value, |turn| turn * value)
     }
 
-    /// By how much the first side is above the second.
+    /// The first side's value less the second's.
     pub(super) fn step(&self, value: impl Fn(usize) -> DVec3) -> DVec3 {
         let read = |taps: &Taps| taps.iter().map(|&(texel, weight)| weight * value(texel)).sum();
         let [own, other]: [DVec3; 2] = [read(&self.taps[0]), read(&self.taps[1])];

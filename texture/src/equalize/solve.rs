@@ -18,7 +18,7 @@ use rayon::prelude::*;
 pub(super) const TOLERANCE: f64 = 1e-4;
 /// Iterations that end a solution that does not get there.
 const MOST_ITERATIONS: usize = 500;
-/// How often unknowns beyond their bounds are held and the others solved for again.
+/// The most rounds in which unknowns beyond their bounds are held and the others solved for again.
 const MOST_ROUNDS: usize = 8;
 
 /// A sparse matrix by rows.
@@ -251,7 +251,7 @@ mod tests {
         problem
     }
 
-    /// The same by a dense matrix over all channels of all unknowns.
+    /// Solves by a dense matrix over all channels of all unknowns.
     fn solve_dense(problem: &Problem) -> Vec<DVec3> {
         let (points, unknowns) = (problem.lengths.len(), problem.stiffness.len());
         let mut rows = DMatrix::<f64>::zeros(3 * points, 3 * unknowns);

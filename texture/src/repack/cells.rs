@@ -1,4 +1,4 @@
-//! Which cells of a grid a triangle touches, and shapes made of such cells.
+//! The cells of a grid that a triangle touches, and shapes made of such cells.
 //!
 //! Unlike [`UvTriangle`](crate::UvTriangle), which covers the texels whose centres it holds, these
 //! are all cells that any part of a triangle lies in: shapes without common cells do not overlap.
@@ -103,7 +103,7 @@ impl Raster {
         Self { size, taken }
     }
 
-    /// The same, turned by 90°: (x, y) comes to (height − y, x).
+    /// The shape turned by 90°: (x, y) comes to (height − y, x).
     pub(super) fn turned(&self) -> Self {
         let [width, height] = self.size;
         let mut taken = Vec::with_capacity(self.taken.len());
@@ -113,7 +113,7 @@ impl Raster {
         Self { size: [height, width], taken }
     }
 
-    /// As runs of cells.
+    /// The shape as runs of cells.
     pub(super) fn mask(&self) -> Mask {
         let mut runs = Vec::new();
         for (row, cells) in (0u32..).zip(self.taken.chunks_exact(self.size[0])) {

@@ -23,7 +23,7 @@ pub(super) struct Chart {
     pub(super) triangles: Vec<u32>,
 }
 
-/// Which triangles are connected through edges.
+/// The triangles that are connected through edges.
 struct Links {
     /// One per triangle and one more: its part of `others`.
     starts: Vec<u32>,
@@ -181,7 +181,7 @@ fn without_overlap(
     charts
 }
 
-/// Where in a chart its lines lie, or all others.
+/// The positions in `triangles` of lines, or of all others.
 fn seeds(
     triangles: &[u32],
     lines: bool,

@@ -1,4 +1,4 @@
-//! What kind of chart each triangle belongs in, and where its corners lie there.
+//! The kind of chart that each triangle belongs in, and the places of its corners there.
 //!
 //! The sign of a triangle's area in UV space tells whether the image shows mirrored on it. A
 //! triangle thinner there than the rounding of its UVs has no sign; if it has an area in space, it
@@ -57,8 +57,8 @@ impl<'a> Faces<'a> {
         }
     }
 
-    /// What stands for a triangle's corners when edges are matched: unfolded triangles are
-    /// connected through positions, all others through UVs too.
+    /// The vertices that stand for a triangle's corners when edges are matched: unfolded triangles
+    /// are connected through positions, all others through UVs too.
     pub(super) fn corners(&self, triangle: usize) -> [u32; 3] {
         let same = match self.kinds[triangle] {
             Kind::Unfolded(_) => &self.same_position,
@@ -67,7 +67,7 @@ impl<'a> Faces<'a> {
         self.mesh.triangles[triangle].map(|v| same[v as usize])
     }
 
-    /// Where a vertex lies in a chart of some kind. Triangles of a chart turn clockwise in
+    /// The place of a vertex in a chart of some kind. Triangles of a chart turn clockwise in
     /// numbers, which is counter-clockwise in an image whose v runs down.
     pub(super) fn place(&self, kind: Kind, vertex: u32) -> DVec2 {
         let uv = self.mesh.uvs[vertex as usize].as_dvec2();
@@ -143,7 +143,7 @@ fn uv_area(uvs: [Vec2; 3]) -> Option<f64> {
     (area.abs() > rounding(corners) * longest).then_some(area)
 }
 
-/// How far UVs of this size may be off by having been rounded to f32.
+/// The largest error of UVs of this size by having been rounded to f32.
 pub(super) fn rounding(corners: [DVec2; 3]) -> f64 {
     let largest = corners.iter().fold(0.0f64, |most, p| most.max(p.abs().max_element()));
     2.0 * f64::from(f32::EPSILON) * largest

@@ -59,7 +59,7 @@ pub struct UvMesh<'a> {
     pub groups: &'a [u32],
 }
 
-/// How a surface is laid out.
+/// Options of a layout.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RepackOptions {
     /// Texels along the atlas. Default 1024.

@@ -26,7 +26,7 @@ const PRECISION: f64 = 1.004;
 /// The first scale looked at, over that which leaves no room; squared with each step down.
 const FIRST_STEP: f64 = 0.93;
 
-/// In which order shapes are placed, by width and height with padding: the greatest first.
+/// The orders in which shapes are placed, by width and height with padding: the greatest first.
 const ORDERS: [fn([usize; 2]) -> [usize; 2]; 2] = [
     |[width, height]| [width.min(height), width.max(height)],
     |[width, height]| [width * height, 0],
@@ -36,12 +36,12 @@ const ORDERS: [fn([usize; 2]) -> [usize; 2]; 2] = [
 /// charts the second one added 0.4, 0.2 and 0 percent points of coverage, for twice the work.
 const MOST_IN_TWO_ORDERS: usize = 1000;
 
-/// Where a shape lies.
+/// The place of a shape in the grid.
 #[derive(Clone, Copy, Debug)]
 struct Spot {
-    /// Cells.
+    /// The least corner, in cells.
     corner: [usize; 2],
-    /// Of 90°.
+    /// Number of turns of 90°.
     turns: u8,
 }
 
@@ -82,7 +82,7 @@ impl Packing {
         self.scale * self.grid.cell as f64
     }
 
-    /// Where a place in a shape lies in the atlas, in texels.
+    /// The place in the atlas, in texels, of a place in a shape.
     pub(super) fn texels(&self, shape: usize, size: DVec2, place: DVec2) -> DVec2 {
         let Spot { corner, turns } = self.spots[shape];
         let [width, height] = extent(size * self.scale).map(|cells| cells as f64);
@@ -218,7 +218,7 @@ fn best_spot(board: &Board, turned: &[Mask; 4], squares: &mut Squares) -> Option
 /// fits no higher. Rows only fill up, so each is looked at once.
 #[derive(Default)]
 struct Squares {
-    /// One per side, as far as they were asked for: a square, and where it last fit.
+    /// One per side, as far as they were needed: a square, and the row where it last fit.
     known: Vec<Option<(Mask, usize)>>,
 }
 

@@ -1,4 +1,4 @@
-//! Whether every texel of a layout belongs to one triangle, and what to do where one does not.
+//! A test that every texel of a layout belongs to one triangle, and the remedy where one does not.
 
 use crate::raster::{UvTriangle, Window, to_texels};
 

@@ -49,7 +49,7 @@ impl Made {
     }
 }
 
-/// What any layout must be.
+/// Checks what holds for any layout.
 fn check_layout(made: &Made, layout: &Repacked, options: &RepackOptions) {
     let RepackOptions { size, padding, .. } = *options;
     assert_eq!(layout.triangles.len(), made.triangles.len());

@@ -1,4 +1,4 @@
-//! Where on the source a point of a level lies: at the nearest place that is not on the wrong sheet.
+//! The place on the source of a point of a level: the nearest that is not on the wrong sheet.
 //!
 //! Only triangles of the same group are looked at, and first only those that face the same way as the
 //! level's smooth normal or its triangle. So the inside of a cup never takes the picture of its
@@ -51,7 +51,8 @@ pub struct Source<'a> {
     facets: Vec<Facet>,
 }
 
-/// What tells which sheet a triangle lies on, in one place, as a search asks it of triangles all over.
+/// The normal and group of a triangle, which tell its sheet, in one place: a search reads them of
+/// triangles all over.
 #[derive(Clone, Copy, Debug)]
 struct Facet {
     /// The normal of its plane.

@@ -47,7 +47,8 @@ pub use shading_mesh::ShadingMesh;
 
 /// Places along each side of a texel, at most.
 const MOST_PARTS: usize = 4;
-/// How far around the charts texels are made too, in texels: what bilinear taps at their rims read.
+/// The width of the gutter around charts where texels are made too, in texels: bilinear taps at the
+/// rims of charts read no farther.
 const GUTTER: f64 = 1.5;
 /// Rows that are made before they are written.
 const ROWS: usize = 64;
@@ -55,7 +56,7 @@ const ROWS: usize = 64;
 /// A level of a source.
 #[derive(Clone, Copy)]
 pub struct Pair<'a> {
-    /// What its texels come from.
+    /// The source of its texels.
     pub source: &'a Source<'a>,
     /// The level; its groups are the source's.
     pub level: ShadingMesh<'a>,
@@ -68,13 +69,13 @@ pub struct Face {
     pub pair: u32,
     /// Its number in the level.
     pub triangle: u32,
-    /// Which reading of each output is its own.
+    /// Index of its reading in each output's.
     pub reading: u32,
     /// Its corners in the atlas.
     pub uvs: [Vec2; 3],
 }
 
-/// How triangles of the source read an image.
+/// The sampling of an image by triangles of the source.
 #[derive(Clone, Copy, Debug)]
 pub struct Reading<'a> {
     /// The image; none reads as white, or as a flat normal.
@@ -83,20 +84,20 @@ pub struct Reading<'a> {
     pub uv_set: usize,
     /// From the UV to the image's.
     pub transform: Affine2,
-    /// How UVs outside 0…1 are read, for u and v.
+    /// The wrap modes of UVs outside 0…1, for u and v.
     pub wrap: [Wrap; 2],
     /// Factor on x and y of a normal as the source reads it.
     pub normal_scale: f32,
-    /// The same factor as the level will.
+    /// Factor on x and y of a normal as the level reads it.
     pub level_normal_scale: f32,
     /// Factor on each channel that is read, colors in linear light; normals have none.
     pub factor: Vec4,
-    /// What is added to each channel then.
+    /// Offset added to each channel then.
     pub offset: Vec4,
 }
 
 impl Default for Reading<'_> {
-    /// Of no image.
+    /// A reading of no image.
     fn default() -> Self {
         Self {
             picture: None,
@@ -114,11 +115,12 @@ impl Default for Reading<'_> {
 /// An image to be made.
 #[derive(Clone, Debug)]
 pub struct Output<'a> {
-    /// What its texels mean.
+    /// The meaning of its texels.
     pub role: Role,
-    /// How they are stored.
+    /// The format that they are stored in.
     pub color: ColorType,
-    /// Where they come from, for each reading that a face names; `None` for faces that do not have it.
+    /// The sources of its texels, one for each reading that a face names; `None` for faces that do
+    /// not have it.
     pub readings: Vec<Option<Reading<'a>>>,
 }
 
@@ -131,7 +133,7 @@ pub struct Job<'a> {
     pub faces: &'a [Face],
     /// Width and height of all images.
     pub size: [usize; 2],
-    /// How the level will read them beyond their edges.
+    /// The wrap modes with which the level reads them beyond their edges.
     pub wrap: [Wrap; 2],
     /// Whether the level's charts lie where the source's do. Then what lies around those is taken over:
     /// a level equal to its source reads the same up to its rims.
@@ -140,7 +142,7 @@ pub struct Job<'a> {
     pub outputs: &'a [Output<'a>],
 }
 
-/// What a transfer made.
+/// The result of a transfer.
 #[derive(Clone, Debug)]
 pub struct Transferred {
     /// One per output, with the texels that were made; others hold nothing.
@@ -206,8 +208,8 @@ impl Face {
 }
 
 impl Job<'_> {
-    /// How many places along each side of a texel are read: about as many as texels of the source lie
-    /// there, in the largest image.
+    /// Number of places that are read along each side of a texel: about as many as texels of the
+    /// source lie there, in the largest image.
     fn parts(&self) -> usize {
         let ratio = |output: usize| {
             let areas = self.faces.iter().map(|face| self.texel_areas(face, output, self.size));

@@ -1,4 +1,4 @@
-//! Which triangle of a level each texel of an atlas belongs to.
+//! The triangle of a level that each texel of an atlas belongs to.
 //!
 //! A texel whose center a triangle covers is that triangle's; of several the first one's. Around the
 //! charts lies a gutter, which bilinear taps at their rims read: there a texel belongs to the nearest
@@ -17,7 +17,7 @@ const INWARD: f64 = 0.01;
 /// A triangle over more repeats of the image than this owns nothing.
 const MOST_REPEATS: f64 = 8.0;
 
-/// For each texel its face.
+/// The face of each texel.
 pub(super) struct Owners {
     width: usize,
     /// One per texel: 1 + its face, or 0.
@@ -113,8 +113,8 @@ impl Owners {
     }
 }
 
-/// Where a texel's center lies in a face: weights of its corners at the nearest place inside, and at
-/// the center itself, some below 0 in the gutter.
+/// The place of a texel's center in a face: weights of its corners at the nearest place inside, and
+/// at the center itself, some below 0 in the gutter.
 pub(super) fn place_in(
     uvs: [Vec2; 3],
     texel: [usize; 2],
@@ -139,7 +139,7 @@ pub(super) fn place_in(
     weights.map(|weights| DVec3::from_array(weights).as_vec3())
 }
 
-/// Where along an axis the centers of a texel's two copies nearest to `middle` lie.
+/// The centers, along an axis, of a texel's two copies nearest to `middle`.
 fn copies(texel: usize, size: usize, wrap: Wrap, middle: f64) -> [f64; 2] {
     let (center, size) = (texel as f64 + 0.5, size as f64);
     let nearest = |center: f64, period: f64| center + ((middle - center) / period).round() * period;

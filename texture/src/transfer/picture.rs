@@ -1,4 +1,4 @@
-//! A source's image, read where a texel of a level asks.
+//! A source's image, to be sampled for the texels of a level.
 //!
 //! Where a texel is about as large as the source's, the image is read by the interpolating cubic of
 //! Catmull & Rom ("A class of local interpolating splines", 1974; Keys, "Cubic convolution
@@ -50,8 +50,8 @@ impl Picture {
         Ok(Self { mips, has_alpha })
     }
 
-    /// What each halving of the image loses: the mean of the squared differences between its texels
-    /// and their mean in the next mip level, summed over color channels.
+    /// The error of each halving of the image: the mean of the squared differences between its
+    /// texels and their mean in the next mip level, summed over color channels.
     pub fn details(&self) -> Vec<f64> {
         let square = |level: usize| {
             let level = self.mips.level(level);

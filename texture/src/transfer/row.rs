@@ -17,10 +17,10 @@ const LEAST_UP: f32 = 0.02;
 /// A place of the source whose UV is farther from the level's lies in another chart.
 const SLID: f32 = 0.05;
 
-/// What texels are made with.
+/// The input of texels.
 pub(super) struct Maker<'a> {
     pub(super) job: &'a Job<'a>,
-    /// Of the parts of texels.
+    /// The owners of the parts of texels.
     pub(super) owners: &'a Owners,
     /// Parts along each side of a texel.
     pub(super) parts: usize,
@@ -40,7 +40,7 @@ pub(super) struct Row {
     pub(super) made: Vec<bool>,
     /// Sum of the squared angles between the source's shading normals and the level's own.
     pub(super) angle_sum: f64,
-    /// How many those are.
+    /// Number of those angles.
     pub(super) angle_count: usize,
     /// The pair and the place of the part before.
     last: Option<(u32, SurfacePoint)>,
@@ -119,12 +119,13 @@ impl Maker<'_> {
     }
 }
 
-/// What is read, white without an image, with the factors that the source has beside it.
+/// The color or value that is read, white without an image, with the factor and offset that the
+/// source has beside it.
 fn folded(read: Option<Vec4>, reading: &Reading<'_>) -> Vec4 {
     read.unwrap_or(Vec4::ONE) * reading.factor + reading.offset
 }
 
-/// What a texel of a normal map stands for.
+/// The vector that a texel of a normal map stands for.
 fn vector(texel: Vec4) -> Vec3 {
     texel.truncate() * 2.0 - 1.0
 }
@@ -155,9 +156,9 @@ fn into_frame(frame: Mat3, direction: Vec3) -> Vec3 {
 /// A texel in the making: the sum over its parts.
 #[derive(Clone, Copy, Default)]
 struct Sum {
-    /// Of values; of colors with alpha in place.
+    /// Sum of values; of colors, with alpha in place.
     all: Vec4,
-    /// Of colors times alpha.
+    /// Sum of colors times alpha.
     seen: Vec3,
     parts: f32,
 }
