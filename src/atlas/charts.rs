@@ -1,4 +1,4 @@
-//! UV triangles of primitives, and what filtering inside them reads of an image.
+//! UV triangles of primitives, and the texels of an image that filtering inside them reads.
 
 use glam::{Affine2, Vec2};
 use seamwise_texture::{Footprint, MipReads, Validity, Wrap, charts_share_from, count_reads};
@@ -7,7 +7,7 @@ use crate::document::asset::Asset;
 use crate::document::primitive::Primitive;
 use crate::error::Result;
 
-/// What filtering inside charts reads.
+/// The counts of texels that filtering inside charts reads.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Reads {
     /// At each mip level, the image first.
@@ -17,7 +17,7 @@ pub struct Reads {
 }
 
 impl Reads {
-    /// From where on charts share texels, for people.
+    /// A message: from which mip level on charts share texels.
     pub(crate) fn sharing(&self) -> String {
         match self.shared_from {
             Some(mip) => format!("charts share texels from mip {mip} on"),
@@ -57,7 +57,7 @@ impl Charts {
         Ok(Some(Self { uvs: uvs.collect(), triangles }))
     }
 
-    /// What filtering inside the charts reads of an image of which this much is valid.
+    /// The counts of texels that filtering inside the charts reads of an image with this mask.
     pub fn reads(&self, validity: &Validity, wrap: [Wrap; 2], footprint: Footprint) -> Reads {
         let Self { uvs, triangles } = self;
         let size = [validity.width(), validity.height()];

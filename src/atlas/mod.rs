@@ -1,4 +1,4 @@
-//! Which texels of an asset's images its surfaces use, and the repair of all others.
+//! The texels of an asset's images that its surfaces use, and the repair of all others.
 
 pub mod charts;
 pub mod seams;
@@ -22,16 +22,16 @@ use crate::surface::geometry::check_size;
 use charts::{Charts, Reads};
 use seams::seams_of_images;
 
-/// An image as an atlas: what its texels mean and which charts lie in it.
+/// An image as an atlas: the meaning of its texels and the charts that lie in it.
 #[derive(Clone, Debug)]
 pub struct Atlas {
     /// The image.
     pub image: usize,
-    /// What its texels mean.
+    /// The meaning of its texels.
     pub role: Role,
-    /// How it is read beyond its edges.
+    /// Its wrap modes along u and v.
     pub wrap: [Wrap; 2],
-    /// Of all surfaces that use it.
+    /// The charts of all surfaces that use it.
     pub charts: Charts,
     /// Whether points or lines use it too, of which no chart tells.
     pub beyond_charts: bool,
@@ -85,21 +85,21 @@ fn add_primitive(
 }
 
 impl Atlas {
-    /// Which texels of a `width` × `height` image the charts cover.
+    /// The texels of a `width` × `height` image that the charts cover.
     pub fn validity(&self, width: usize, height: usize) -> Validity {
         let Charts { uvs, triangles } = &self.charts;
         Validity::from_charts(width, height, self.wrap, uvs, triangles)
     }
 }
 
-/// What became of one image of an asset.
+/// The outcome of the repair of one image of an asset.
 #[derive(Clone, Debug)]
 pub struct ImageRepair {
     /// The image.
     pub image: usize,
-    /// What its texels mean, if a primitive uses it.
+    /// The meaning of its texels, if a primitive uses it.
     pub role: Option<Role>,
-    /// The repair, or why there was none.
+    /// The repair, or the reason why there was none.
     pub result: std::result::Result<Repaired, LeftAlone>,
 }
 
@@ -108,34 +108,34 @@ pub struct ImageRepair {
 pub struct Repaired {
     /// Its texels.
     pub texels: DynamicImage,
-    /// Which of them came from the file.
+    /// The texels that came from the file.
     pub validity: Validity,
-    /// How many of those lie around the charts, in padding that was kept.
+    /// Number of those that lie around the charts, in padding that was kept.
     pub padding: usize,
-    /// What was done to the others.
+    /// The counts of the others, filled or not.
     pub outcome: Outcome,
-    /// What was done to the texels along seams, if that was asked for.
+    /// The equalization of seams, if it was asked for.
     pub equalized: Option<Equalized>,
     atlas: Atlas,
 }
 
 impl Repaired {
-    /// What filtering inside the charts read before the repair.
+    /// The counts of texels that filtering inside the charts read before the repair.
     pub fn reads(&self, footprint: Footprint) -> Reads {
         self.atlas.charts.reads(&self.validity, self.atlas.wrap, footprint)
     }
 }
 
-/// Why an image was not repaired.
+/// The reason why an image was not repaired.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LeftAlone {
-    /// Not even points or lines use it.
+    /// No primitive uses it, not even points or lines.
     #[error("no primitive uses it")]
     NotWorn,
     /// No chart tells which texels those read.
     #[error("points or lines use it")]
     BeyondCharts,
-    /// What uses it has no UVs, or UVs that are no triangle.
+    /// Charts cover none of its texels: triangles that use it have no UVs, or no area there.
     #[error("no chart covers any of it")]
     NoChart,
     /// The asset was read without it.
@@ -146,16 +146,17 @@ pub enum LeftAlone {
     Covered,
 }
 
-/// How the images of an asset are repaired.
+/// Options of the repair of an asset's images.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AtlasOptions {
     /// Most memory that decoding one image may take.
     pub memory_limit: MemoryLimit,
-    /// How many rings of texels around the charts stay if they agree with them; see
+    /// Number of rings of texels around the charts that stay if they agree with them; see
     /// [`keep_padding`].
     pub keep_padding: usize,
-    /// How often images are halved, each texel the mean of valid ones; see [`scale_down`]. Images
-    /// that charts cover are scaled too, those left alone for another reason are not.
+    /// Number of times that images are halved, each texel the mean of valid ones; see
+    /// [`scale_down`]. Images that charts cover are scaled too, those left alone for another reason
+    /// are not.
     pub halvings: u32,
     /// Whether and how both sides of seams are made to read the same, after the fill; in images that
     /// charts cover in whole too.

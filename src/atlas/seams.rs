@@ -44,7 +44,7 @@ pub fn seams_of_images(asset: &Asset) -> Result<Vec<Vec<Seam>>> {
     Ok(seams)
 }
 
-/// How primitives of a mesh read an image.
+/// The primitives of a mesh that read an image in the same way.
 struct Reading<'a> {
     image: usize,
     uv_set: usize,
@@ -136,7 +136,7 @@ impl Surface {
     }
 }
 
-/// What turns a vector of frame `b` into frame `a`; `None` where the edge is hard.
+/// The rotation from frame `b` to frame `a`; `None` where the edge is hard.
 fn turn(a: Option<Mat3>, b: Option<Mat3>) -> Option<Mat3> {
     let (a, b) = a.zip(b)?;
     (a.z_axis.dot(b.z_axis) >= HARD_EDGE_COSINE).then(|| a.transpose() * b)
