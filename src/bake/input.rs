@@ -1,4 +1,4 @@
-//! Where an asset comes from, and where its levels go.
+//! The input of a bake, and the files that it writes.
 
 use std::path::{Path, PathBuf};
 
@@ -9,7 +9,7 @@ use crate::export::disk::refuse_overwriting;
 use crate::import;
 use crate::import::options::{ReadOptions, folder_of};
 
-/// Where an asset comes from.
+/// The source of an asset.
 #[derive(Clone, Copy, Debug)]
 pub enum Input<'a> {
     /// A .gltf, .glb, .obj, .ply or .off file.
@@ -19,7 +19,7 @@ pub enum Input<'a> {
 }
 
 impl Input<'_> {
-    /// What the outputs are called after.
+    /// The stem of the outputs' names.
     pub fn stem(&self) -> String {
         match self {
             Self::File(path) => {

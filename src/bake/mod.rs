@@ -89,14 +89,15 @@ pub fn bake(
     Ok(report)
 }
 
-/// What a bake makes.
+/// The result of a bake.
 struct Baked {
-    /// By name: the levels, the finest first, then all of them in one, then images beside them.
+    /// Bytes of files by name: the levels, the finest first, then all of them in one, then images
+    /// beside them.
     files: Vec<(String, Vec<u8>)>,
     /// The files that the input names.
     sources: Vec<PathBuf>,
     report: BakeReport,
-    /// For the page.
+    /// Additions to the page of the report.
     extras: Extras,
 }
 
@@ -209,7 +210,7 @@ fn own_textures(
     Ok((textures, plan.outcomes(origin.asset)?))
 }
 
-/// What became of each image, if they are to be repaired.
+/// The repair of each image, if the options ask for it.
 fn repair_images(asset: &Asset, options: &BakeOptions) -> Result<Option<Vec<ImageRepair>>> {
     match options.textures {
         Textures::Keep => Ok(None),

@@ -1,4 +1,4 @@
-//! What the user asked for, resolved and checked.
+//! Options of a bake, resolved and checked.
 
 use std::time::Duration;
 
@@ -15,34 +15,34 @@ use crate::transfer::TransferOptions;
 /// Options of a bake.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BakeOptions {
-    /// How many triangles each level is to have, the finest first.
+    /// The target triangle count of each level, the finest first.
     pub targets: Targets,
-    /// What those triangles are counted over.
+    /// The scope of those counts: over each mesh or over the scene.
     pub budget_per: BudgetPer,
-    /// What the descent is to keep to beside.
+    /// Options of the simplification.
     pub steering: Steering,
-    /// How the levels are fitted to the source after the descent, if they are.
+    /// Options of the fit of levels to the source after simplification, if there is one.
     pub polish: Option<Polish>,
-    /// What becomes of the textures.
+    /// The handling of textures.
     pub textures: Textures,
-    /// How the levels are evaluated, if they are; for the pixel tolerance of `screen`.
+    /// Options of the evaluation of levels, if there is one; for the pixel tolerance of `screen`.
     pub evaluate: Option<evaluate::Options>,
     /// The screen that the sizes of the levels are computed for.
     pub screen: Screen,
     /// Whether a page with charts and pictures is written.
     pub report: Option<ReportOptions>,
-    /// How the asset is read. Its memory limit is also the most that decoding one image may take, all
-    /// vertices, and all of the scene with its instances. Images that may be missing are measured as
-    /// white or flat, and stay named.
+    /// Options of reading the asset. Their memory limit is also the most that decoding one image
+    /// may take, all vertices, and all of the scene with its instances. Images that may be missing
+    /// are measured as white or flat, and stay named.
     pub reading: ReadOptions,
-    /// How long a bake may take, if not as long as it likes. It is looked at between steps, so a bake
-    /// ends late by one at most, and writes nothing.
+    /// The time limit of a bake, if any. It is tested between steps, so a bake ends late by one at
+    /// most, and writes nothing.
     pub time_limit: Option<Duration>,
-    /// In which files the levels are written, and how.
+    /// The files that levels are written to, and their form.
     pub output: OutputOptions,
 }
 
-/// What the page of a bake shows beyond its results.
+/// Options of the page of a bake beyond its results.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ReportOptions {
     /// The time of the same bake on 1, 2, … threads up to all, which runs it as many times more.
@@ -50,7 +50,7 @@ pub struct ReportOptions {
 }
 
 impl BakeOptions {
-    /// How the levels are evaluated, with the tolerance that their sizes are computed for.
+    /// Options of the evaluation of levels, with the tolerance that their sizes are computed for.
     pub fn evaluation(&self) -> Option<evaluate::Options> {
         let pixel_tolerance = self.screen.pixel_tolerance;
         self.evaluate.map(|options| evaluate::Options { pixel_tolerance, ..options })
@@ -78,13 +78,13 @@ impl Default for BakeOptions {
 /// Triangles of each level, the finest first. Those of a mesh count once, however often it is shown.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Targets {
-    /// As shares of the source.
+    /// Shares of the source's triangles, 0…1.
     Ratios(Vec<f64>),
-    /// As counts over the whole asset.
+    /// Triangle counts over the whole asset.
     Triangles(Vec<usize>),
 }
 
-/// How the triangles of a level are shared out over the meshes of an asset. Meshes whose borders meet
+/// The distribution of a level's triangles over the meshes of an asset. Meshes whose borders meet
 /// are one in this.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BudgetPer {
@@ -103,7 +103,7 @@ impl Default for Targets {
 }
 
 impl Targets {
-    /// So many levels, each half of the one before.
+    /// Targets of so many levels, each half of the one before.
     pub fn halves(levels: usize) -> Self {
         Self::Ratios((1..=levels).map(|level| 0.5f64.powi(level as i32)).collect())
     }
@@ -137,7 +137,7 @@ impl Targets {
         Ok(Self::Triangles(counts))
     }
 
-    /// How many levels there are to be.
+    /// Number of levels.
     pub fn count(&self) -> usize {
         match self {
             Self::Ratios(ratios) => ratios.len(),
@@ -162,15 +162,15 @@ impl Targets {
     }
 }
 
-/// What becomes of an asset's textures.
+/// The handling of an asset's textures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Textures {
     /// Each level has its own, sampled from the surface of the source; what can't be told apart in
     /// its layout is shared as in a repair.
     Transfer(TransferOptions),
-    /// All levels share the source's, with every texel that no chart covers filled.
+    /// All levels share the source's textures, with every texel that no chart covers filled.
     Repair,
-    /// All levels share the source's as they are.
+    /// All levels share the source's textures as they are.
     Keep,
 }
 

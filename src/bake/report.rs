@@ -1,4 +1,4 @@
-//! What a bake tells of its source and its levels.
+//! The report of a bake on its source and its levels.
 
 use seamwise_attr::{Level, Stop};
 
@@ -32,7 +32,7 @@ pub(crate) fn input_report(
     }
 }
 
-/// Why a descent stopped, and what may be done about it.
+/// A message: why a descent stopped, and what may be done about it.
 fn explain(stop: Stop) -> String {
     match stop {
         Stop::Deviation => format!("{stop}; --reach-target goes on"),

@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::progress::Progress;
 use crate::surface::geometry::Geometry;
 
-/// The levels of each surface. `steering` holds what is asked of each.
+/// The levels of each surface; `steering` has one entry per surface.
 pub(crate) fn simplify_all(
     geometries: &[Geometry],
     steering: &[MeshSteering],
@@ -35,7 +35,7 @@ fn internal(error: &seamwise_attr::Error) -> Error {
     Error::Internal { what: error.to_string() }
 }
 
-/// Each surface to its own targets, the surfaces in parallel.
+/// Simplifies each surface to its own targets, the surfaces in parallel.
 fn simplify_separately(
     geometries: &[Geometry],
     steering: &[MeshSteering],
@@ -53,7 +53,7 @@ fn simplify_separately(
     geometries.par_iter().zip(steering).map(simplify).collect()
 }
 
-/// All surfaces to the same targets.
+/// Simplifies all surfaces to common targets.
 fn together(
     geometries: &[Geometry],
     steering: &[MeshSteering],
@@ -73,7 +73,8 @@ fn together(
     simplify_together(&surfaces, &counts, removed).map_err(|error| internal(&error))
 }
 
-/// Fits the levels to their surfaces, the surfaces in parallel. `steering` holds what is asked of each.
+/// Fits the levels to their surfaces, the surfaces in parallel; `steering` has one entry per
+/// surface.
 pub(crate) fn polish_all(
     geometries: &[Geometry],
     chains: &mut [Vec<Level>],

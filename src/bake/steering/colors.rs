@@ -17,17 +17,19 @@ use crate::surface::geometry::Geometry;
 pub(super) struct Colors<'a> {
     asset: &'a Asset,
     limit: MemoryLimit,
-    /// By image: its texels; `None` if they can't be had, which counts as white.
+    /// Texels by image; `None` if they can't be had, which counts as white.
     images: FxHashMap<usize, Option<RgbaImage>>,
 }
 
 impl<'a> Colors<'a> {
-    /// Nothing is decoded yet. Decoding an image may take as much memory as `limit`.
+    /// Colors of an asset, with no image decoded yet. Decoding an image may take as much memory as
+    /// `limit`.
     pub(super) fn new(asset: &'a Asset, limit: MemoryLimit) -> Self {
         Self { asset, limit, images: FxHashMap::default() }
     }
 
-    /// One per point, sRGB in 0…1: that of its first wedge. Empty for a mesh of one shell, where nobody asks, or of one color.
+    /// One per point, sRGB in 0…1: that of its first wedge. Empty for a mesh of one shell, where no
+    /// one needs them, or of one color.
     ///
     /// # Errors
     /// [`Error::Invalid`](crate::error::Error::Invalid) if a material is malformed.
@@ -93,7 +95,7 @@ impl<'a> Colors<'a> {
     }
 }
 
-/// What colors a material: factors in linear light.
+/// The color of a material: factors in linear light, and its texture.
 struct Paint {
     base: [f32; 3],
     emissive: [f32; 3],

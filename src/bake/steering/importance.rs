@@ -1,4 +1,4 @@
-//! What counts more than the rest, from whom and where.
+//! Importance of points: by attribute, map, view and curvature.
 
 use std::path::{Path, PathBuf};
 
@@ -15,7 +15,7 @@ use crate::surface::geometry::Geometry;
 /// as little.
 const GAIN: f32 = 10.0;
 
-/// What counts more than the rest. Each of these gives a factor to every point; they are multiplied.
+/// Sources of importance. Each of these gives a factor to every point; they are multiplied.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Importance {
     /// A vertex attribute of one component, 0 or more: the factor itself.
@@ -46,8 +46,8 @@ impl Importance {
         Ok(())
     }
 
-    /// One per point: its factor. Empty if nothing is asked. `worlds` are where the mesh is shown: what
-    /// counts from one place counts.
+    /// One per point: its factor. Empty if there are no factors. `worlds` are the transforms by
+    /// which the mesh is shown: a point that counts in one of them counts.
     pub(super) fn of_points(
         &self,
         geometry: &Geometry,

@@ -1,4 +1,5 @@
-//! What the user asks of the descent, as options and lists over the points of each mesh.
+//! Options of the simplification as the user gives them, resolved to options and lists over the
+//! points of each mesh.
 
 mod colors;
 mod importance;
@@ -26,29 +27,29 @@ pub const MAX_DEVIATION: f64 = 0.025;
 /// is limited.
 const MAX_LOST_AREA: f64 = 0.1;
 
-/// What orders the collapses.
+/// The order of collapses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Order {
-    /// What they cost in shape, texture, shading and vertex color.
+    /// By their cost in shape, texture, shading and vertex color.
     #[default]
     Quadric,
-    /// What they cost in shape alone.
+    /// By their cost in shape alone.
     Geometry,
-    /// The length of their edges.
+    /// By the length of their edges.
     EdgeLength,
 }
 
-/// What a descent is to keep to, beyond its targets.
+/// Options of a simplification beyond its targets.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Steering {
-    /// What orders the collapses.
+    /// The order of collapses.
     pub order: Order,
-    /// Where merged points go.
+    /// The placement of merged points.
     pub placement: Placement,
     /// No collapse may have an error above this, in the units of the scene.
     pub max_error: Option<f64>,
-    /// How far the surface may end from the source, as a share of the diagonal of the scene's bounding box,
-    /// if not as far as the targets take it: see [`MAX_DEVIATION`].
+    /// The largest distance of the surface to the source, as a share of the diagonal of the scene's
+    /// bounding box, if there is a limit: see [`MAX_DEVIATION`].
     pub max_deviation: Option<f64>,
     /// No triangle may rotate by more than this in a collapse, in degrees above 0 and up to 90.
     pub max_rotation: f64,
@@ -60,22 +61,22 @@ pub struct Steering {
     pub lock_materials: Vec<String>,
     /// A vertex attribute of one component: points where it is above 0.5 stay as they are.
     pub lock_attribute: Option<String>,
-    /// What counts more than the rest.
+    /// The importance of points.
     pub importance: Importance,
 }
 
-/// What is asked of one mesh.
+/// Options of the simplification of one mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct MeshSteering {
-    /// How much longer a length of the mesh gets, at most, each time that the scene shows it.
+    /// One per instance in the scene: the largest factor on lengths of the mesh.
     stretches: Vec<f64>,
     order: Order,
     placement: Placement,
-    /// In the units of the mesh.
+    /// Limit in the units of the mesh.
     max_error: Option<f64>,
     max_deviation: Option<f64>,
     max_rotation: f64,
-    /// In the units of the mesh.
+    /// Limit in the units of the mesh.
     join_distance: Option<f64>,
     keep_volume: bool,
     /// One per point, or empty.
@@ -123,7 +124,7 @@ impl Steering {
         self.importance.check()
     }
 
-    /// What is asked of each of the meshes. Decoding a map may take as much memory as `limit`.
+    /// The options of each mesh. Decoding a map may take as much memory as `limit`.
     ///
     /// # Errors
     /// [`Error::Options`] if a material or an attribute is named that is not there, with those
@@ -216,12 +217,12 @@ impl MeshSteering {
         }
     }
 
-    /// How much longer a length of the mesh gets in the scene, at most.
+    /// The largest factor on lengths of the mesh in the scene.
     pub(crate) fn stretch(&self) -> f64 {
         self.stretches.iter().copied().fold(0.0, f64::max)
     }
 
-    /// The same for each time that the scene shows it; never none.
+    /// The largest factor for each instance in the scene; never empty.
     pub(crate) fn stretches(&self) -> &[f64] {
         &self.stretches
     }

@@ -1,4 +1,4 @@
-//! What an asset calls its materials and vertex attributes, and what the attributes hold.
+//! The names of an asset's materials and vertex attributes, and the values of the attributes.
 
 use seamwise_attr::{Mesh, PointId};
 
@@ -48,8 +48,7 @@ pub(super) fn points_of(mesh: &Mesh, group: u32) -> impl Iterator<Item = usize> 
     triangles.flat_map(|t| mesh.triangle_points(t)).map(PointId::index)
 }
 
-/// What the vertices that carry `name` have there, with their points. A point has one for each of
-/// its wedges.
+/// The values of the attribute `name` with their points. A point has one for each of its wedges.
 pub(super) fn point_values(geometry: &Geometry, name: &str) -> Result<Vec<(usize, f32)>> {
     let mut values = Vec::new();
     for part in &geometry.parts {
