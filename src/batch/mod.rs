@@ -1,8 +1,8 @@
 //! Many inputs, baked some at a time.
 //!
-//! What becomes of one input does not depend on the others, nor on how many are baked at a time: the
-//! files are the same. All of them share the threads that do the work inside a bake, so that more at
-//! a time fill the gaps where a single one waits for its own last part, and take more memory.
+//! The outputs of one input do not depend on the others, nor on how many are baked at a time: they
+//! are the same. All of them share the threads that do the work inside a bake, so that more at a
+//! time fill the gaps where a single one idles at its own last part, and take more memory.
 
 mod find;
 mod job;
@@ -38,30 +38,30 @@ fn remove_leftovers(jobs: &[Job]) {
     folders.iter().for_each(|folder| disk::remove_leftovers(folder));
 }
 
-/// How a batch is run.
+/// Options of a batch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BatchOptions {
-    /// How many inputs are baked at a time.
+    /// Number of inputs that are baked at a time.
     pub jobs: usize,
     /// Whether inputs are skipped whose outputs are there already.
     pub resume: bool,
 }
 
-/// What became of an input.
+/// The outcome of an input.
 #[derive(Debug)]
 pub enum Outcome {
-    /// It was baked.
+    /// Baked, with its report.
     Baked(Box<BakeReport>),
-    /// Its outputs were there already.
+    /// Skipped, as its outputs were there already.
     Skipped,
-    /// It could not be baked.
+    /// Not baked, for this error.
     Failed(Error),
 }
 
-/// What became of an input, and how long that took.
+/// The outcome of an input, and the time that it took.
 #[derive(Debug)]
 pub struct Done {
-    /// What became of it.
+    /// The outcome.
     pub outcome: Outcome,
     /// Wall time in seconds.
     pub seconds: f64,
@@ -98,8 +98,8 @@ pub fn refuse_collisions(jobs: &[Job], options: &BakeOptions) -> Result<()> {
     }
 }
 
-/// Bakes each input, several at a time; one that fails does not stop the others. `on_done` hears of
-/// each as it ends. What became of them is told in their order.
+/// Bakes each input, several at a time; one that fails does not stop the others. `on_done` is
+/// called with each as it ends. The outcomes are in the order of `jobs`.
 pub fn run(
     jobs: &[Job],
     options: &BakeOptions,
@@ -130,13 +130,13 @@ pub fn run(
     ended.into_iter().map(|(_, done)| done).collect()
 }
 
-/// The next input that nobody has taken.
+/// The next job, if one is left.
 fn take<'a>(jobs: &'a [Job], next: &AtomicUsize) -> Option<(usize, &'a Job)> {
     let at = next.fetch_add(1, Ordering::Relaxed);
     jobs.get(at).map(|job| (at, job))
 }
 
-/// What a panic has to say.
+/// The message of a panic.
 fn message(panic: &(dyn Any + Send)) -> String {
     let text = panic.downcast_ref::<&str>().copied();
     let text = text.or_else(|| panic.downcast_ref::<String>().map(String::as_str));

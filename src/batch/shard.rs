@@ -13,7 +13,7 @@ pub struct Shard {
 }
 
 impl Default for Shard {
-    /// All of it.
+    /// The whole batch as one shard.
     fn default() -> Self {
         Self { index: 0, count: 1 }
     }
