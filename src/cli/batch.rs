@@ -1,4 +1,4 @@
-//! What `seamwise bake` may be told of many inputs.
+//! Arguments of `seamwise bake` for many inputs.
 
 use std::path::PathBuf;
 
@@ -37,7 +37,7 @@ impl BatchArgs {
         self.shard.unwrap_or_default()
     }
 
-    /// What these arguments mean for a machine of so many threads.
+    /// The options that these arguments give on a machine of so many threads.
     pub(crate) fn resolve(&self, threads: usize) -> BatchOptions {
         let jobs = self.jobs.map_or(threads.min(MOST_JOBS), usize::from);
         BatchOptions { jobs, resume: self.resume }

@@ -1,4 +1,4 @@
-//! What the user typed. No work is done here.
+//! The command line as the user typed it. No work is done here.
 
 mod batch;
 mod output;
@@ -34,7 +34,7 @@ use textures::TextureArgs;
 #[derive(Debug, Parser)]
 #[command(version, arg_required_else_help = true)]
 pub(crate) struct Cli {
-    /// What to do.
+    /// The subcommand.
     #[command(subcommand)]
     pub(crate) command: Command,
     /// Threads to use; all cores if not given.
@@ -44,7 +44,7 @@ pub(crate) struct Cli {
     pub(crate) common: Common,
 }
 
-/// What all jobs share.
+/// Arguments that all subcommands share.
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct Common {
     /// Say nothing but errors.
@@ -149,7 +149,7 @@ enum BudgetName {
     Scene,
 }
 
-/// How assets are read.
+/// Arguments for reading assets.
 #[derive(Debug, Args)]
 pub(crate) struct ReadingArgs {
     /// Go on, with a warning, without image files that are not there: their textures are measured as
@@ -161,7 +161,7 @@ pub(crate) struct ReadingArgs {
 }
 
 impl ReadingArgs {
-    /// What these arguments mean.
+    /// The options that these arguments give.
     pub(crate) fn resolve(&self, common: Common) -> ReadOptions {
         let Common { memory_limit, .. } = common;
         let allow_outside = self.outside.allow_outside;
@@ -201,7 +201,7 @@ impl BakeArgs {
         Ok(Steering { placement, ..steering })
     }
 
-    /// What these arguments mean.
+    /// The options that these arguments give.
     pub(crate) fn resolve(&self, common: Common) -> Result<BakeOptions> {
         let screen = Screen {
             field_of_view_degrees: self.field_of_view,
@@ -283,7 +283,7 @@ pub(crate) struct EvaluateArgs {
 }
 
 impl EvaluateArgs {
-    /// What these arguments mean.
+    /// The options that these arguments give.
     pub(crate) fn resolve(&self) -> evaluate::Options {
         evaluate::Options {
             views: self.views.into(),
@@ -293,7 +293,7 @@ impl EvaluateArgs {
         }
     }
 
-    /// How the surfaces are colored in the views and on the sheet.
+    /// The coloring of surfaces in the views and on the sheet.
     pub(crate) fn mode(&self) -> Mode {
         if self.unlit { Mode::Unlit } else { Mode::Lit }
     }

@@ -1,10 +1,10 @@
-//! In which files a bake is written, as the user typed it.
+//! Arguments for the files that a bake writes.
 
 use clap::{Args, ValueEnum};
 use seamwise::error::{Error, Result};
 use seamwise::export::files::{Format, Layout, OutputOptions};
 
-/// How the levels are written.
+/// Arguments for the output of levels.
 #[derive(Debug, Args)]
 pub(crate) struct OutputArgs {
     /// Store vertices as small integers (KHR_mesh_quantization) and compress geometry
@@ -49,7 +49,7 @@ enum LayoutArg {
 }
 
 impl OutputArgs {
-    /// What these arguments mean.
+    /// The options that these arguments give.
     ///
     /// # Errors
     /// [`Error::Options`] if vertices are to be shared in a file that is not there.

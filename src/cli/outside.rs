@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-/// Which files an asset may name.
+/// Arguments for the files that an asset may name.
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct OutsideArgs {
     /// Read files that an asset names outside its own folder: by absolute paths, file URIs or `..`.

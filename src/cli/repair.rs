@@ -1,4 +1,4 @@
-//! What `seamwise repair` may be told, and what counts as a read.
+//! Arguments of `seamwise repair`, and those for what counts as a read.
 
 use std::path::PathBuf;
 
@@ -91,7 +91,7 @@ pub(crate) struct RepairArgs {
     outside: OutsideArgs,
 }
 
-/// What counts as a read.
+/// Arguments for what counts as a read.
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct FootprintArgs {
     /// Count whole blocks of 4 × 4 texels as read, at each mip level, as in compressed textures.
@@ -104,7 +104,7 @@ pub(crate) struct FootprintArgs {
 }
 
 impl FootprintArgs {
-    /// What these arguments mean.
+    /// The footprint that these arguments give.
     pub(crate) fn resolve(self) -> Footprint {
         Footprint { anisotropy: self.anisotropy, blocks: self.blocks }
     }
@@ -122,7 +122,7 @@ pub(crate) enum RoleName {
 }
 
 impl RepairArgs {
-    /// What these arguments mean, with the limit that all jobs share.
+    /// The options that these arguments give, with the limit that all jobs share.
     pub(crate) fn resolve(&self, memory_limit: MemoryLimit) -> RepairOptions {
         let allow_outside = self.outside.allow_outside;
         let alone = self.mesh.is_none() && self.mask.is_none();

@@ -1,4 +1,4 @@
-//! What `seamwise bake` may be told of the descent.
+//! Arguments of `seamwise bake` for the simplification.
 
 use std::path::PathBuf;
 
@@ -67,7 +67,7 @@ pub(super) struct SteeringArgs {
 }
 
 impl SteeringArgs {
-    /// What these arguments mean.
+    /// The options that these arguments give.
     pub(super) fn resolve(&self) -> Result<Steering> {
         let steering = Steering {
             order: match self.cost {

@@ -1,4 +1,4 @@
-//! What the user typed about the textures of levels.
+//! Arguments for the textures of levels.
 
 use clap::{Args, ValueEnum};
 
@@ -7,7 +7,7 @@ use seamwise::error::{Error, Result};
 use seamwise::limit::MemoryLimit;
 use seamwise::transfer::{Atlas, BakeNormals, Sizes, TextureFormat, TransferOptions};
 
-/// What becomes of the textures. All but the first are of a transfer.
+/// Arguments for textures. All but the first are of a transfer.
 #[derive(Debug, Args)]
 pub(super) struct TextureArgs {
     /// What becomes of the textures.
@@ -111,7 +111,7 @@ impl From<NormalMode> for BakeNormals {
 }
 
 impl TextureArgs {
-    /// What these arguments mean.
+    /// The handling of textures that these arguments give.
     pub(super) fn resolve(&self) -> Result<Textures> {
         let textures = match self.textures {
             TextureMode::Transfer => return Ok(Textures::Transfer(self.transfer())),
