@@ -14,7 +14,7 @@ use seamwise::report::BakeReport;
 use super::console::{say, warn};
 use crate::cli::{BakeArgs, Common};
 
-/// What became of a batch, in schema 1.
+/// The report of a batch, in schema 1.
 #[derive(Debug, Serialize)]
 struct BatchReport {
     schema: u32,
@@ -29,7 +29,7 @@ struct InputReport {
     input: String,
     folder: String,
     outcome: &'static str,
-    /// Why it failed, if it did.
+    /// The reason why it failed, if it did.
     #[serde(skip_serializing_if = "Option::is_none")]
     reason: Option<String>,
     seconds: f64,

@@ -1,4 +1,4 @@
-//! What several subcommands read and say.
+//! Input and messages that several subcommands share.
 
 use std::io::Write;
 use std::path::Path;

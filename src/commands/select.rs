@@ -1,4 +1,4 @@
-//! Which level to show at a size on screen.
+//! Selection of the level to show at a size on screen.
 
 use anyhow::{Result, anyhow};
 
