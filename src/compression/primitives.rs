@@ -31,7 +31,7 @@ const NAME: &str = "KHR_draco_mesh_compression";
 /// Most bytes that the decoder takes for a point or a triangle besides their attributes.
 const BYTES_PER_ELEMENT: u64 = 128;
 
-/// What of a stream an accessor stands for.
+/// The part of a stream that an accessor stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Part {
     /// An attribute by its number.

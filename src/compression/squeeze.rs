@@ -23,10 +23,10 @@ const EFFORT: i32 = 2;
 /// The version of the vertex codec that the extension knows.
 const VERSION: i32 = 0;
 
-/// What a view holds, as far as its accessors agree.
+/// The content of a buffer view, as far as its accessors agree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Use {
-    /// Nothing refers to it, or what does is no accessor.
+    /// No accessor refers to it.
     Unknown,
     /// Elements of so many bytes.
     Elements(usize),

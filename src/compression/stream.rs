@@ -9,7 +9,7 @@ use serde::Deserialize;
 use super::stride::by_stride;
 use crate::document::asset::Asset;
 
-/// What the extension says of a view.
+/// The extension's object in a buffer view.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Stream {
@@ -57,7 +57,7 @@ impl Stream {
         })
     }
 
-    /// What its bytes stand for, little-endian.
+    /// The decoded elements, little-endian.
     pub(super) fn decode(&self, bytes: &[u8]) -> Decoded {
         let Self { count, byte_stride: stride, .. } = *self;
         match (self.mode, self.filter, stride) {
