@@ -1,8 +1,8 @@
 //! Typed reading of any glTF accessor (glTF 2.0 §3.6.2): every component type, normalized,
 //! strided, sparse, or without a buffer view.
 //!
-//! Whatever an accessor looks like in the file, it is first made tight: `count` elements one after
-//! the other. Every size is checked against the bytes there are before anything is allocated.
+//! Every accessor is first made tight, however the file stores it: `count` elements one after the
+//! other. Every size is checked against the bytes there are before anything is allocated.
 
 use gltf::json::accessor::{Accessor as Json, ComponentType, Type, sparse::Sparse};
 use gltf::json::validation::Checked;
@@ -21,7 +21,7 @@ const ZEROS_PER_BYTE: usize = 4;
 pub struct Elements {
     /// `count · components · component.size()` bytes, little-endian.
     pub bytes: Vec<u8>,
-    /// What each component is.
+    /// The type of each component.
     pub component: ComponentType,
     /// Components per element.
     pub components: usize,
@@ -54,8 +54,8 @@ pub fn read(asset: &Asset, index: usize, at: &str) -> Result<Elements> {
     Ok(Elements { bytes, component, components, normalized: json.normalized })
 }
 
-/// How many elements an accessor has, and how many bytes they take together: checked as [`read`] does,
-/// and nothing is copied.
+/// The number of an accessor's elements, and of their bytes together: checked as [`read`] does, and
+/// nothing is copied.
 ///
 /// # Errors
 /// As [`read`].
@@ -111,7 +111,7 @@ pub(crate) fn stored_bytes(asset: &Asset, at: &str) -> Result<usize> {
     Ok(dense.saturating_add(times(sparse.count.0, index + size)))
 }
 
-/// How the elements of the accessor at a JSON pointer are stored, but none of them.
+/// The storage of the accessor at a JSON pointer, without elements.
 ///
 /// # Errors
 /// [`Error::Invalid`] if it is missing or malformed.
@@ -261,7 +261,7 @@ impl Elements {
         }
     }
 
-    /// How an element is stored: component type, components, and whether integers are normalized.
+    /// The shape of an element: component type, components, and whether integers are normalized.
     pub fn shape(&self) -> (ComponentType, usize, bool) {
         (self.component, self.components, self.normalized)
     }

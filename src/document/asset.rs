@@ -23,7 +23,7 @@ pub struct Asset {
 }
 
 impl Asset {
-    /// How many objects a list of the document holds: `meshes`, `accessors`, …
+    /// Number of objects in a list of the document: `meshes`, `accessors`, …
     pub fn count(&self, list: &str) -> usize {
         self.json.get(list).and_then(Value::as_array).map_or(0, Vec::len)
     }

@@ -16,7 +16,7 @@ use super::quantization;
 use super::references::used_views;
 use crate::image_file::encoded::EncodedImage;
 
-/// What the bytes of a buffer view are for.
+/// The target of a buffer view.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Target {
     /// `ARRAY_BUFFER`.

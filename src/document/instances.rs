@@ -1,4 +1,4 @@
-//! Where the instances of a node's mesh stand (`EXT_mesh_gpu_instancing`).
+//! The transforms of the instances of a node's mesh (`EXT_mesh_gpu_instancing`).
 
 use glam::{DMat4, DQuat, DVec3, Quat, Vec3};
 

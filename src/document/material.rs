@@ -1,4 +1,4 @@
-//! Which textures a material uses, for what, and how it reads them.
+//! The textures that a material uses: their roles, UVs and samplers.
 
 use glam::{Affine2, Vec2};
 use gltf::json;
@@ -17,11 +17,11 @@ use crate::image_file::encoded::EncodedImage;
 pub struct TextureSlot {
     /// JSON pointer of the texture info in the material.
     pub at: String,
-    /// What its texels mean.
+    /// The meaning of its texels.
     pub role: Role,
     /// The image.
     pub image: usize,
-    /// How UVs outside 0…1 are read, for u and v.
+    /// The wrap modes of UVs outside 0…1, for u and v.
     pub wrap: [Wrap; 2],
     /// The UV set.
     pub uv_set: usize,
@@ -170,7 +170,7 @@ fn layout(asset: &Asset, at: &str) -> Result<(usize, Affine2)> {
     Ok((uv_set, transform))
 }
 
-/// What stands at a JSON pointer, or a default.
+/// The value at a JSON pointer, or a default.
 pub(crate) fn parse_or<T: serde::de::DeserializeOwned>(
     asset: &Asset,
     at: &str,
@@ -179,7 +179,7 @@ pub(crate) fn parse_or<T: serde::de::DeserializeOwned>(
     if asset.json.pointer(at).is_some() { asset.parse(at) } else { Ok(default) }
 }
 
-/// What the texels of a texture mean, from its name in the material: glTF stores colors in sRGB,
+/// The meaning of a texture's texels, from its name in the material: glTF stores colors in sRGB,
 /// everything else linear.
 fn role(at: &str) -> Role {
     const COLORS: &[&str] = &[

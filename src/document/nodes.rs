@@ -1,4 +1,4 @@
-//! Where the nodes of a document stand in the world.
+//! The world transforms of a document's nodes.
 
 use glam::{DMat4, DQuat, DVec3, Mat4};
 use gltf::json;
@@ -42,8 +42,8 @@ pub(crate) fn world_nodes(asset: &Asset) -> Result<Vec<(usize, DMat4)>> {
     Ok(nodes)
 }
 
-/// By mesh: where the scene shows it, once for each node and each of its instances. A skinned mesh is
-/// where its vertices are: its node does not move it.
+/// World transforms by mesh, one for each node that shows it and each of the node's instances. A
+/// skinned mesh is where its vertices are: its node does not move it.
 pub(crate) fn mesh_worlds(asset: &Asset) -> Result<FxHashMap<usize, Vec<DMat4>>> {
     let mut worlds: FxHashMap<usize, Vec<DMat4>> = FxHashMap::default();
     for (node, world) in world_nodes(asset)? {

@@ -1,7 +1,7 @@
 //! Taking out of a document what no level uses any more: materials that others stand for, with the
 //! textures and images that only they had.
 //!
-//! What is left moves up. Where an extension that we do not know might refer to one of them by its
+//! The rest moves up. Where an extension that we do not know might refer to one of them by its
 //! index, all stay where they are, and the images shrink to a texel.
 
 use std::collections::BTreeSet;
@@ -31,7 +31,7 @@ const KNOWN: [&str; 10] = [
     "KHR_xmp_json_ld",
 ];
 
-/// What only some materials have.
+/// Textures and images that only some materials use.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(crate) struct Leftovers {
     textures: BTreeSet<usize>,
@@ -39,7 +39,7 @@ pub(crate) struct Leftovers {
 }
 
 impl Leftovers {
-    /// What only the given materials have.
+    /// The textures and images that only the given materials use.
     pub(crate) fn of(asset: &Asset, materials: &BTreeSet<usize>) -> Result<Self> {
         let mut left = [BTreeSet::new(), BTreeSet::new()];
         let mut kept = [BTreeSet::new(), BTreeSet::new()];
@@ -55,7 +55,7 @@ impl Leftovers {
     }
 }
 
-/// Takes out materials that no primitive uses, and what only they had.
+/// Takes out materials that no primitive uses, and the textures and images that only they had.
 pub(crate) fn prune(packer: &mut Packer, materials: &BTreeSet<usize>) -> Result<()> {
     if materials.is_empty() {
         return Ok(());

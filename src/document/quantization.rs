@@ -1,4 +1,4 @@
-//! Whether vertices are stored in ways that only `KHR_mesh_quantization` allows.
+//! The listing of `KHR_mesh_quantization`, if vertices are stored in ways that only it allows.
 //!
 //! A level's positions, normals and UVs are floats unless it is compressed, so it needs the extension no
 //! more, unless its morph targets or a mesh that stayed do.

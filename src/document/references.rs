@@ -1,4 +1,4 @@
-//! What else in a document refers to an accessor or a buffer view.
+//! References to accessors and buffer views from all over a document.
 
 use std::collections::BTreeSet;
 
