@@ -1,4 +1,4 @@
-//! The levels of a bake as documents, each with its name and what it was measured to be off by.
+//! The levels of a bake as documents, each with its name and its measured error.
 
 use serde_json::{Value, json};
 
@@ -12,13 +12,13 @@ use crate::image_file::encoded::EncodedImage;
 use crate::level::AssetLevel;
 use crate::screen::Screen;
 
-/// What all files of a bake are made from.
+/// The input of all files of a bake.
 pub(crate) struct Chain<'a> {
     pub(crate) asset: &'a Asset,
     pub(crate) levels: &'a [AssetLevel<'a>],
     pub(crate) images: &'a [EncodedImage],
     pub(crate) output: OutputOptions,
-    /// What the certificates are computed for.
+    /// The screen that the certificates are computed for.
     pub(crate) screen: Screen,
 }
 
@@ -54,7 +54,7 @@ impl Chain<'_> {
         Ok(names.into_iter().zip(levels).collect())
     }
 
-    /// What the levels were measured to be, the finest first.
+    /// The certificates of the levels, the finest first.
     fn certificates(&self, measured: &Measured) -> Vec<Value> {
         let of_level = |(index, metrics): (usize, &Metrics)| {
             let triangles = self.levels[index].meshes.iter().map(|mesh| mesh.triangles).sum();
@@ -64,18 +64,18 @@ impl Chain<'_> {
     }
 }
 
-/// What the evaluation of the levels found.
+/// Results of the evaluation of levels.
 pub(crate) struct Measured {
     /// One per level.
     pub(crate) metrics: Vec<Metrics>,
     /// One per level: the part of the source where it is off the most, if it is.
     pub(crate) farthest: Vec<Option<Part>>,
-    /// Of the source's bounding box, in world units.
+    /// Diagonal of the source's bounding box, in world units.
     pub(crate) diagonal: f64,
 }
 
 impl Measured {
-    /// Nothing yet of a source whose bounding box has this diagonal.
+    /// Empty results for a source whose bounding box has this diagonal.
     pub(crate) fn new(diagonal: f64) -> Self {
         Self { metrics: Vec::new(), farthest: Vec::new(), diagonal }
     }

@@ -1,9 +1,10 @@
-//! What a level may be shown for: its measured error, and the size on screen that follows from it.
+//! The certificate of a level: its measured error, and the largest size on screen that follows from
+//! it.
 //!
-//! How the one follows from the other is in [`screen`](crate::screen).
+//! The formula is in [`screen`](crate::screen).
 //!
-//! The certificate also tells what is seen there: RMS luminance and SSIM by the rig of the evaluation,
-//! with frames in which the diagonal spans S pixels.
+//! The certificate also has the figures at that size S: RMS luminance and SSIM by the rig of the
+//! evaluation, with frames in which the diagonal spans S pixels.
 //!
 //! Not guaranteed: anything about texture and shading by the size alone; the other figures judge those.
 

@@ -53,10 +53,10 @@ pub(crate) fn write_recorded(
     }
 }
 
-/// What temporary names begin and end with; between is what makes each another.
+/// Prefix and suffix of temporary names; between is what makes each unique.
 const PREFIX: &str = ".seamwise-";
 const SUFFIX: &str = ".tmp";
-/// How long a temporary file must have been left alone to count as left over.
+/// The time that a temporary file must have been left alone to count as left over.
 const LEFTOVER_AGE: Duration = Duration::from_secs(60);
 
 /// Removes temporary files of runs that were killed from a folder: files of our names that no process

@@ -73,7 +73,7 @@ fn nodes_of(asset: &Asset, mesh: usize) -> Result<Vec<usize>> {
     Ok(nodes)
 }
 
-/// What `MSFT_screencoverage` is computed from.
+/// The input of `MSFT_screencoverage`.
 #[derive(Clone, Copy, Debug)]
 pub struct Coverage<'a> {
     /// The screen.

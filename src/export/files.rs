@@ -14,17 +14,17 @@ use crate::document::asset::Asset;
 use crate::error::Result;
 use crate::image_file::encoded::ImageFormat;
 
-/// In which form documents are written.
+/// The form of documents.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Format {
-    /// Each as one self-contained file.
+    /// Each document as one self-contained file.
     #[default]
     Glb,
-    /// Each as a .gltf with a .bin beside it, and their images in a folder.
+    /// Each document as a .gltf with a .bin beside it, and their images in a folder.
     Gltf,
 }
 
-/// How a bake is written.
+/// Options of the output of a bake.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OutputOptions {
     /// Whether vertices become small integers (`KHR_mesh_quantization`), unless they are shared, and
@@ -32,7 +32,7 @@ pub struct OutputOptions {
     pub compress: bool,
     /// The form of the files.
     pub format: Format,
-    /// What the file of all levels is like.
+    /// The layout of the file of all levels.
     pub layout: Layout,
     /// Whether the file of all levels stores vertices once that levels have in common with the source.
     /// That makes it smaller if levels keep vertices of the source, as they do with
@@ -40,7 +40,7 @@ pub struct OutputOptions {
     pub share_vertices: bool,
 }
 
-/// What a URI may hold as it is.
+/// The characters that are escaped in a URI.
 const PLAIN: &AsciiSet = &NON_ALPHANUMERIC.remove(b'-').remove(b'.').remove(b'_').remove(b'/');
 
 impl OutputOptions {
@@ -49,7 +49,7 @@ impl OutputOptions {
         self.compress && !self.share_vertices
     }
 
-    /// What documents are called: `<stem>_lod1` and so on, then `<stem>` if there is to be one of all
+    /// The names of documents: `<stem>_lod1` and so on, then `<stem>` if there is to be one of all
     /// levels.
     pub(crate) fn names(&self, stem: &str, levels: usize) -> Vec<String> {
         let names = (1..=levels).map(|level| format!("{stem}_lod{level}"));
@@ -89,7 +89,7 @@ impl OutputOptions {
         Ok(files.into_iter().flatten().chain(images).collect())
     }
 
-    /// One document, its images in it unless they have URIs.
+    /// The files of one document, its images in it unless they have URIs.
     fn document_files(
         &self,
         name: &str,
@@ -118,7 +118,7 @@ fn uri(path: &str) -> String {
 /// are no reason to write over anything else.
 struct Images {
     folder: String,
-    /// By path in small letters, as some file systems do not tell them apart.
+    /// Files by path in small letters, as some file systems do not tell them apart.
     files: BTreeMap<String, (String, Arc<Vec<u8>>)>,
 }
 

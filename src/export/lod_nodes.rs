@@ -1,4 +1,4 @@
-//! How the levels of a node's mesh stand beside it in one document.
+//! Nodes for the levels of a node's mesh, beside it in one document.
 //!
 //! A level may bring a [`Grid`]: its positions are integers, and the node that shows it stands for a
 //! scale and a move besides its own. These go to a child of their own, so that whatever moves the node
@@ -10,7 +10,7 @@ use crate::document::extensions::remove_extension;
 use crate::error::{Error, Result};
 use crate::level::quantize::Grid;
 
-/// How levels are found in the file of all of them.
+/// The layout of levels in the file of all of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Layout {
     /// Each node names a node for each level, in `MSFT_lod`; only readers of that extension show them.
@@ -19,16 +19,16 @@ pub enum Layout {
     /// Each node holds the source and its levels as children called `<name>_LOD0` and so on, as
     /// importers of game engines expect. Other readers show all of them at once.
     Names,
-    /// There is no such file.
+    /// No file of all levels.
     None,
 }
 
-/// What a level of a mesh is shown by.
+/// The mesh and grid of a level, for the node that shows it.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Shown {
     /// The mesh; none if the level has no triangle left of it.
     pub(crate) mesh: Option<usize>,
-    /// What its positions count in, if they are integers.
+    /// The grid of its positions, if they are integers.
     pub(crate) grid: Option<Grid>,
 }
 

@@ -1,4 +1,4 @@
-//! The attributes of vertices as columns, and what tells vertices apart.
+//! The attributes of vertices as columns, and the keys that tell vertices apart.
 
 use gltf::json::accessor::ComponentType;
 
@@ -8,7 +8,7 @@ use crate::document::primitive::{Attributes, Primitive};
 use crate::error::Result;
 use crate::level::part::LevelPart;
 
-/// What vertices carry: the attributes, and those of each morph target.
+/// Columns of vertex data: the attributes, and those of each morph target.
 pub(super) struct Columns {
     pub(super) attributes: Vec<Named>,
     pub(super) targets: Vec<Vec<Named>>,
@@ -54,7 +54,7 @@ impl Columns {
         self.all().map(|(_, elements)| elements.size().next_multiple_of(4)).sum()
     }
 
-    /// What tells a vertex from others, but for normal and tangent.
+    /// The key of a vertex: all its attributes but for normal and tangent.
     pub(super) fn key(&self, vertex: usize) -> Vec<u8> {
         let directions = ["NORMAL", "TANGENT"];
         let told = self.attributes.iter().filter(|(name, _)| !directions.contains(&name.as_str()));

@@ -25,7 +25,8 @@ use crate::level::AssetLevel;
 use crate::level::part::LevelPart;
 use columns::Columns;
 
-/// How far components of a normal may be apart that was read, made a unit vector and rounded: 0.06°.
+/// The largest difference in components of a normal that was read, made a unit vector and rounded:
+/// 0.06°.
 const SAME_NORMAL: f32 = 1e-3;
 
 /// A primitive of the source: its mesh, and its place there.
@@ -39,7 +40,7 @@ pub(crate) struct Shared {
     pub(crate) replaced: Vec<usize>,
 }
 
-/// What the primitives of levels are made of instead of their own vertices: by level, mesh and place.
+/// The primitives of levels over a pool instead of their own vertices: by level, mesh and place.
 pub(crate) type SharedParts = FxHashMap<(usize, Place), Value>;
 
 impl Shared {
@@ -230,7 +231,7 @@ impl<'a> Builder<'a> {
 struct Part {
     level: usize,
     place: Place,
-    /// How many vertices it has when it is alone.
+    /// Number of its vertices without a pool.
     own: usize,
     indices: Vec<u32>,
 }
