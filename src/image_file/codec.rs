@@ -15,10 +15,10 @@ use super::palette::{has_palette, write_indexed};
 use crate::error::{Error, Result};
 use crate::limit::MemoryLimit;
 
-/// How some Radiance HDR files begin, which the image crate knows only by their other name.
+/// The signature of some Radiance HDR files, which the image crate knows only by another.
 pub(crate) const RGBE: &[u8] = b"#?RGBE";
 
-/// How images are encoded anew.
+/// Options of encoding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct EncodeOptions {
     /// Quality of JPEGs, 1…100.

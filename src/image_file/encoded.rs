@@ -7,7 +7,7 @@ use std::sync::Arc;
 pub struct EncodedImage {
     /// The file's bytes, shared between the assets that hold it.
     pub bytes: Arc<Vec<u8>>,
-    /// What they are.
+    /// Their format.
     pub format: ImageFormat,
 }
 
@@ -62,7 +62,7 @@ impl ImageFormat {
         }
     }
 
-    /// What its files' names end in.
+    /// The extension of its files.
     pub(crate) const fn ending(self) -> &'static str {
         match self {
             Self::Png => "png",

@@ -24,7 +24,7 @@ pub(crate) type Channel = AnyChannel<FlatSamples>;
 /// A layer of such channels.
 pub(crate) type AnyLayer = Layer<AnyChannels<FlatSamples>>;
 
-/// What takes the place of a compression that loses something.
+/// The compression that replaces lossy ones.
 pub(crate) const LOSSLESS: Compression = Compression::ZIP16;
 
 /// Reads all layers of a file.
@@ -123,7 +123,7 @@ fn sort_attributes(file: &mut [u8]) -> Option<()> {
     }
 }
 
-/// What a channel's samples are.
+/// The type of a channel's samples.
 pub(crate) fn sample_type(channel: &Channel) -> SampleType {
     match channel.sample_data {
         FlatSamples::F16(_) => SampleType::F16,

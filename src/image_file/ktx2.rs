@@ -9,8 +9,8 @@ use image::DynamicImage;
 
 use crate::limit::MemoryLimit;
 
-/// Where the header has the width, the height, the scheme of the levels' compression, and the length
-/// of the decompressed first level (KTX 2.0 §3).
+/// Offsets in the header of the width, the height, the scheme of the levels' compression, and the
+/// length of the decompressed first level (KTX 2.0 §3).
 const WIDTH: usize = 20;
 const HEIGHT: usize = 24;
 const SCHEME: usize = 44;

@@ -1,5 +1,4 @@
-//! What an image file holds beside its texels, carried from the file that was read to the one that
-//! is written.
+//! Metadata of an image file, carried from the file that was read to the one that is written.
 //!
 //! Within a container, parts go over as they are, byte for byte:
 //!
@@ -21,7 +20,7 @@ use image::{ImageDecoder, ImageError, ImageFormat, ImageResult};
 
 /// Chunks that tell colors, which hold as long as texels keep their color space.
 const COLOR_CHUNKS: [&[u8; 4]; 7] = [b"iCCP", b"sRGB", b"gAMA", b"cHRM", b"cICP", b"mDCV", b"cLLI"];
-/// Where chunks begin in a PNG, and where those behind its header do.
+/// Offsets of the first chunk in a PNG, and of the first behind its header.
 const PNG_START: usize = 8;
 const PNG_AFTER_HEADER: usize = 33;
 /// JPEG markers.
@@ -30,7 +29,7 @@ const END: u8 = 0xd9;
 /// A JFIF segment without a preview.
 const JFIF_LENGTH: usize = 18;
 
-/// What a file holds beside its texels.
+/// The metadata of a file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Metadata {
     /// The container that `parts` are of.
@@ -43,12 +42,12 @@ pub(crate) struct Metadata {
 }
 
 impl Metadata {
-    /// Nothing, from a file of this format.
+    /// No metadata, from a file of this format.
     pub(crate) fn of_container(format: ImageFormat) -> Self {
         Self { container: Some(format), ..Self::default() }
     }
 
-    /// What a file holds; `decoder` has read its header.
+    /// Reads the metadata of a file; `decoder` has read its header.
     pub(crate) fn read(
         bytes: &[u8],
         format: ImageFormat,
@@ -69,7 +68,8 @@ impl Metadata {
         Ok(Self { parts, icc, exif, ..Self::of_container(format) })
     }
 
-    /// What a WebP holds. The image crate believes the lengths of its chunks, up to 4 GiB.
+    /// Reads the metadata of a WebP. The image crate believes the lengths of its chunks, up to 4
+    /// GiB.
     fn read_webp(bytes: &[u8]) -> std::result::Result<Self, image_webp::DecodingError> {
         let mut decoder = image_webp::WebPDecoder::new(Cursor::new(bytes))?;
         decoder.set_memory_limit(bytes.len());
@@ -101,7 +101,7 @@ impl Metadata {
         [&file[..before], &self.parts, &file[after..]].concat()
     }
 
-    /// What is lost in a file of another format, for people.
+    /// A message: the metadata that are lost in a file of another format.
     pub(crate) fn lost_in(&self, format: ImageFormat) -> Option<String> {
         if self.container == Some(format) {
             return None;
@@ -120,7 +120,7 @@ impl Metadata {
     }
 }
 
-/// What decoding changes in the kind of a PNG's texels, none of them in value; for people.
+/// A message: how decoding changes the kind of a PNG's texels, none of them in value.
 pub(crate) fn png_widening(bytes: &[u8]) -> Option<String> {
     let &[depth, kind] = bytes.get(24..26)?.first_chunk()?;
     let keyed = png_chunks(bytes).any(|(name, _)| name == *b"tRNS");

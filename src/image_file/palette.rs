@@ -103,7 +103,7 @@ fn nearest(colors: &[Color], palette: &[Color]) -> Vec<usize> {
 struct Cluster {
     colors: Vec<(Color, u64)>,
     mean: [f64; 4],
-    /// Of each channel, times the number of texels.
+    /// Variance of each channel, times the number of texels.
     spread: [f64; 4],
 }
 

@@ -19,11 +19,11 @@ use crate::limit::MemoryLimit;
 pub(crate) struct Picture {
     /// Its texels.
     pub(crate) texels: DynamicImage,
-    /// What is to be said about how they were read.
+    /// Messages about reading them.
     pub(crate) notes: Vec<String>,
-    /// What the file holds beside them.
+    /// The file's metadata.
     metadata: Metadata,
-    /// What it holds if it is a TIFF.
+    /// The tags and compression of a TIFF.
     frame: Option<Frame>,
 }
 
@@ -101,10 +101,10 @@ fn refuse(bytes: &[u8], format: ImageFormat) -> Result<()> {
     Err(Error::Unsupported { what: what.to_owned() })
 }
 
-/// What is to be said about a WebP.
+/// The note on a WebP.
 pub(crate) const LOSSLESSLY: &str = "it is written losslessly";
 
-/// What is to be said about a JPEG.
+/// The note on a JPEG.
 pub(crate) fn reencoded(quality: u8) -> String {
     format!("it is encoded anew at quality {quality}")
 }

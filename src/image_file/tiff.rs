@@ -38,15 +38,15 @@ const MOST_CLASSIC: usize = 0xf000_0000;
 
 type Entry = (Tag, ValueBuffer);
 
-/// What a TIFF says of its texels.
+/// The tags of a TIFF about its texels.
 pub(super) struct Frame {
     compression: Compression,
     /// Whether the texels are gray floats, which the image crate has only as RGB.
     gray_floats: bool,
     tags: Vec<Entry>,
-    /// For each of [`FOLDERS`].
+    /// The entries of each of [`FOLDERS`].
     folders: [Vec<Entry>; 2],
-    /// What becomes otherwise, for people.
+    /// Messages about what changes in the file that is written.
     pub(super) notes: Vec<String>,
 }
 
@@ -76,7 +76,7 @@ impl Frame {
         entry.map(|(_, value)| value.as_bytes().to_vec())
     }
 
-    /// What becomes of the compression, for people.
+    /// A message: the compression of the file that is written.
     pub(super) fn compression_name(&self) -> &'static str {
         match self.compression {
             Compression::Uncompressed => "without compression",
