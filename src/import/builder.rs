@@ -11,14 +11,14 @@ const FLOAT: u32 = 5126;
 /// glTF's number for a 32-bit unsigned integer.
 const UNSIGNED_INT: u32 = 5125;
 
-/// What the vertices of a primitive carry; a list is empty where they do not.
+/// The attributes of a primitive's vertices; a list is empty where they lack it.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Vertices {
     pub(super) positions: Vec<[f32; 3]>,
     pub(super) normals: Vec<[f32; 3]>,
     /// Counting downward.
     pub(super) uvs: Vec<[f32; 2]>,
-    /// In linear light.
+    /// RGBA in linear light.
     pub(super) colors: Vec<[f32; 4]>,
 }
 

@@ -22,7 +22,7 @@ const CLAMP_TO_EDGE: u32 = 33071;
 pub(super) struct Pictures<'a> {
     uri_policy: UriPolicy<'a>,
     options: ReadOptions,
-    /// By file and whether reads stop at its edge.
+    /// Textures by file, and by whether reads stop at its edge.
     textures: FxHashMap<(PathBuf, bool), usize>,
     /// The image of each file, and its format.
     images: FxHashMap<PathBuf, (usize, ImageFormat)>,

@@ -1,4 +1,4 @@
-//! How files are read.
+//! Options of reading.
 
 use std::path::Path;
 
@@ -20,13 +20,13 @@ pub struct ReadOptions {
 }
 
 impl ReadOptions {
-    /// What files an asset in `folder` may name.
+    /// The policy on the files that an asset in `folder` may name.
     pub(crate) fn uri_policy(self, folder: &Path) -> UriPolicy<'_> {
         UriPolicy { folder, allow_outside: self.allow_outside }
     }
 }
 
-/// Where the files that a document names are.
+/// The folder that a document's file names start from.
 pub(crate) fn folder_of(path: &Path) -> &Path {
     path.parent().unwrap_or(Path::new(""))
 }

@@ -1,4 +1,5 @@
-//! Which files an asset may name: those in its own folder and below, unless the user allows more.
+//! The files that an asset may name: those in its own folder and below, unless the user allows
+//! more.
 //!
 //! Whoever sends an asset chooses the names in it. Without a bound, one could have any file that the
 //! user may read put into a texture, or name a device that never ends. So a name is judged as it is
@@ -14,7 +15,7 @@ use base64::Engine;
 
 use crate::error::Error;
 
-/// Where the files are that an asset names.
+/// The policy on the files that an asset names.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct UriPolicy<'a> {
     /// The asset's folder, which names start from.
@@ -55,7 +56,7 @@ impl UriPolicy<'_> {
     }
 }
 
-/// What is said of a name that leads outside.
+/// The message about a name that leads outside.
 fn refusal(name: &str) -> String {
     let name: String = name.chars().take(200).collect();
     format!("{name} is outside the asset's folder; --allow-outside allows that")
@@ -83,7 +84,7 @@ fn leads_outside(name: &str) -> bool {
     name.starts_with(slash)
 }
 
-/// What a URI names.
+/// The resource that a URI names.
 pub(crate) enum Resource {
     /// Bytes in the URI itself.
     Data(Vec<u8>),
@@ -92,7 +93,7 @@ pub(crate) enum Resource {
 }
 
 impl Resource {
-    /// What the URI of the object at `at` names.
+    /// The resource that the URI of the object at `at` names.
     pub(crate) fn of(uri: &str, at: &str, uri_policy: UriPolicy<'_>) -> Result<Self, Error> {
         let at = || format!("{at}/uri");
         if let Some(data) = uri.strip_prefix("data:") {
