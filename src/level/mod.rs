@@ -30,7 +30,7 @@ pub struct LevelMesh<'a> {
     /// One per part of the source. None if the level is the source itself, whose primitives then stay
     /// as they are.
     pub parts: Option<Vec<Option<LevelPart>>>,
-    /// What its positions count in, if they are integers.
+    /// The grid of its positions, if they are integers.
     pub grid: Option<Grid>,
 }
 

@@ -140,7 +140,7 @@ fn split_by_tangent(corners: &Corners, tangents: &[[Vec4; 3]]) -> LevelVertices 
 }
 
 impl LevelVertices {
-    /// The same in the order in which they are best read.
+    /// Reorders triangles and vertices for fast reading.
     fn ordered(mut self) -> Self {
         let order = order_for_cache(&mut self.indices, self.wedges.len());
         Self {

@@ -28,7 +28,7 @@ use crate::surface::geometry::Geometry;
 /// The steps along the longest side of a surface.
 const STEPS: f32 = 65535.0;
 
-/// Where integers lie: `low + step · q`, in the units of the mesh.
+/// The positions of integers q: `low + step · q`, in the units of the mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grid {
     /// The least coordinates.

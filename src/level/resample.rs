@@ -1,10 +1,10 @@
-//! What a level takes over from its source, as the metric does not see it.
+//! Attributes that a level takes over from its source, as the metric does not see them.
 //!
-//! What moves a vertex is blended at its origin, the nearest point of the source: deltas of morph
-//! targets by barycentrics (but for those of UVs, which mean something else across a seam), joints and
-//! weights as `skin` does it. A vertex that stands on a source point, or between points that agree,
-//! takes their bytes as they are. All else cannot be blended without knowing what it means, and is
-//! that of the source vertex which the wedge stands for.
+//! Attributes that move a vertex are blended at its origin, the nearest point of the source: deltas
+//! of morph targets by barycentrics (but for those of UVs, which mean something else across a
+//! seam), joints and weights as `skin` does it. A vertex that stands on a source point, or between
+//! points that agree, takes their bytes as they are. All else cannot be blended without knowing
+//! what it means, and is that of the source vertex which the wedge stands for.
 //!
 //! Lab note (`cargo test --test suite rigs -- --nocapture`): RMS distance between the surfaces as they
 //! move, over that of levels with the joints and deltas of one source vertex each, at 50, 25, 12.5 and
@@ -20,7 +20,7 @@ use super::skin::Sets;
 use crate::document::accessor::{Elements, Named};
 use crate::surface::geometry::{Geometry, Part, is_motion};
 
-/// Where the vertices of a level come from.
+/// A sampler of the source for the vertices of a level.
 pub(crate) struct SourceSampler<'a> {
     pub(crate) geometry: &'a Geometry,
     pub(crate) level: &'a Level,
@@ -28,11 +28,11 @@ pub(crate) struct SourceSampler<'a> {
     origins: Vec<Origin>,
 }
 
-/// Where one vertex of a level comes from.
+/// The place on the source of one vertex of a level.
 pub(crate) struct VertexSource<'a> {
     /// The vertex of its own part that it stands for.
     own: usize,
-    /// What it is blended of, the largest share first.
+    /// The source vertices that it is blended of, the largest share first.
     corners: Vec<Corner<'a>>,
 }
 
@@ -56,7 +56,7 @@ impl<'a> SourceSampler<'a> {
         Self { geometry, level, origins }
     }
 
-    /// Where wedges of the level come from, all of one part.
+    /// The sources of wedges of the level, all of one part.
     pub(crate) fn vertex_sources(&self, part: &Part, wedges: &[WedgeId]) -> Vec<VertexSource<'a>> {
         let of = |&wedge: &WedgeId| {
             let own = self.geometry.welded.wedge_vertices[self.level.wedge_sources[wedge].index()];

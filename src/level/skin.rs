@@ -15,7 +15,7 @@ const A_SET: usize = 4;
 /// The sets of influences of a part.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Sets {
-    /// Where `JOINTS_n` and `WEIGHTS_n` stand among the attributes, by n.
+    /// The indices of `JOINTS_n` and `WEIGHTS_n` among the attributes, by n.
     places: Vec<[usize; 2]>,
 }
 

@@ -1,4 +1,4 @@
-//! Textures of a level, and what that asks of its primitives.
+//! Textures of a level, and what its primitives need for them.
 
 use serde_json::Value;
 
@@ -23,7 +23,7 @@ pub struct LevelTextures {
 }
 
 impl LevelTextures {
-    /// Those of the source.
+    /// The source's textures, which all levels share.
     pub fn shared(images: &[EncodedImage], surfaces: &[Geometry]) -> Self {
         let plain = |surface: &Geometry| vec![PartTextures::default(); surface.parts.len()];
         let parts = surfaces.iter().map(plain).collect();
@@ -47,7 +47,7 @@ impl LevelTextures {
 /// A material that stands for several of the source.
 #[derive(Clone, Debug)]
 pub struct MergedMaterial {
-    /// Those.
+    /// The materials that it stands for.
     pub materials: Vec<usize>,
     /// The material, without textures.
     pub json: Value,
@@ -65,7 +65,7 @@ impl MergedMaterial {
     }
 }
 
-/// What the textures of a level ask of a part.
+/// The needs of a part for the textures of a level.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PartTextures {
     /// The UV set by whose tangents its normal map is read, if one was made for the level.
