@@ -21,11 +21,11 @@ pub(super) const COLORS: usize = 6;
 /// One figure of all levels or candidates.
 #[derive(Clone, Debug)]
 pub(super) struct Chart {
-    /// What is drawn.
+    /// The name of the figure.
     pub(super) title: &'static str,
     /// Its unit.
     pub(super) unit: &'static str,
-    /// What a perfect candidate has.
+    /// The value of a perfect candidate.
     pub(super) ideal: f64,
     /// Lines, or points alone.
     pub(super) series: Vec<Series>,
@@ -43,7 +43,7 @@ pub(super) struct Series {
 /// A level or candidate.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Point {
-    /// How many it has.
+    /// Number of its triangles.
     pub(super) triangles: usize,
     /// The figure.
     pub(super) value: f64,
@@ -106,7 +106,7 @@ impl Chart {
     }
 }
 
-/// How numbers become places.
+/// The axes of a plot, from numbers to places.
 struct Axes {
     /// log₂ of the triangles at the left and right edge of the plot.
     octaves: [f64; 2],

@@ -1,4 +1,4 @@
-//! Which part of the source a level is off the most from.
+//! The part of the source that a level is farthest from.
 
 use serde::Serialize;
 
@@ -40,7 +40,7 @@ impl FarthestPart {
         }
     }
 
-    /// What it is called: its mesh, and its material if it has one.
+    /// Its name in messages: its mesh, and its material if it has one.
     fn called(&self) -> String {
         let mesh = match &self.mesh_name {
             Some(name) => format!("mesh {name}"),

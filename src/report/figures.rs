@@ -1,4 +1,4 @@
-//! What the charts show: which figures, which candidates as one series, and under which names.
+//! The figures that charts show, and the candidates that are one series.
 
 use super::chart::{COLORS, Chart, Point, Series};
 use crate::evaluate::Metrics;
@@ -6,10 +6,10 @@ use crate::evaluate::Metrics;
 /// A candidate with its name, triangles, figures and series.
 pub(super) type Measured<'a> = (String, usize, &'a Metrics, usize);
 
-/// What a chart draws, and what it calls it.
+/// The name, unit and ideal of a chart's figure, and its value in metrics.
 type Figure = (&'static str, &'static str, f64, fn(&Metrics) -> Option<f64>);
 
-/// What distances are over.
+/// The unit of distances.
 const DIAGONAL: &str = "of the diagonal";
 /// The charts, in the order of the page.
 const FIGURES: [Figure; 12] = [
@@ -27,7 +27,7 @@ const FIGURES: [Figure; 12] = [
     ("Area", "over the source’s", 1.0, |m| Some(m.area_ratio)),
 ];
 
-/// One chart for each figure that a candidate has.
+/// The charts: one for each figure that a candidate has.
 pub(super) fn charts(measured: &[Measured<'_>]) -> Vec<Chart> {
     let last = measured.iter().map(|(.., series)| *series).max();
     let series = |of: fn(&Metrics) -> Option<f64>, color: usize| {

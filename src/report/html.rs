@@ -19,7 +19,7 @@ use crate::evaluate::Metrics;
 use crate::evaluate::heat::{WHITE, heat_color};
 use crate::evaluate::scene::Mode;
 
-/// What the page of a bake shows beyond its report.
+/// Additions to the page of a bake beyond its report.
 #[derive(Default)]
 pub struct Extras {
     /// The source and the levels.
@@ -56,7 +56,7 @@ struct Page<'a> {
 /// A row of the table.
 struct Row {
     cells: [String; COLUMNS],
-    /// Of the charts, if they draw more than one series.
+    /// Color of its series in the charts, if they draw more than one.
     color: Option<usize>,
 }
 

@@ -15,25 +15,25 @@ use crate::limit::MemoryLimit;
 pub struct TexturePictures {
     /// The first of them.
     pub shown: Vec<TexturePicture>,
-    /// How many more there are.
+    /// Number of those that are not shown.
     pub more: usize,
 }
 
 /// A texture of a level.
 #[derive(Clone, Debug)]
 pub struct TexturePicture {
-    /// What the document calls it, or its number.
+    /// Its name in the document, or its number.
     pub name: String,
     /// Width and height in texels.
     pub size: [u32; 2],
     /// Bytes of its file.
     pub bytes: usize,
-    /// It itself.
+    /// The texture itself.
     pub picture: Picture,
 }
 
 impl TexturePicture {
-    /// How large it is, in words.
+    /// A line of text: its size in texels and in kB.
     pub fn detail(&self) -> String {
         let [width, height] = self.size;
         format!("{width} × {height}, {} kB", grouped(self.bytes.div_ceil(1000)))

@@ -1,4 +1,4 @@
-//! Which mesh has how many triangles.
+//! Triangles of each mesh.
 
 use seamwise_attr::{Level, Mesh};
 use serde::Serialize;

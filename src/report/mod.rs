@@ -1,4 +1,4 @@
-//! What a bake or an evaluation found, as JSON, as a table and as a page.
+//! Reports of a bake and of an evaluation, as JSON, as a table and as a page.
 
 mod chart;
 mod csv;
@@ -29,7 +29,7 @@ pub use meshes::MeshReport;
 pub(crate) use meshes::mesh_reports;
 pub(crate) use table::align;
 
-/// What a bake did, in schema 1.
+/// The report of a bake, in schema 1.
 #[derive(Clone, Debug, Serialize)]
 pub struct BakeReport {
     /// Version of this layout.
@@ -39,16 +39,16 @@ pub struct BakeReport {
     pub digest: String,
     /// The files that were written beside this report, as paths in its folder.
     pub files: Vec<String>,
-    /// What went in.
+    /// The source.
     pub input: InputReport,
     /// The screen that the sizes of the levels are computed for.
     pub screen: Screen,
-    /// What came out, the finest first.
+    /// The levels, the finest first.
     pub levels: Vec<LevelReport>,
-    /// How many triangles each mesh has, if there are several.
+    /// Triangles of each mesh, if there are several.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub meshes: Vec<MeshReport>,
-    /// What became of the textures of each material that has some, if levels have their own.
+    /// The outcome of the textures of each material that has some, if levels have their own.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub materials: Vec<MaterialTextures>,
     /// Wall time of each stage.
@@ -72,7 +72,7 @@ pub struct InputReport {
     pub wedges: usize,
     /// Triangles left out because two of their corners are one point.
     pub degenerate_triangles: usize,
-    /// Images whose files were not there, if that was put up with.
+    /// Images whose files were not there, if that was tolerated.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub missing_images: Vec<String>,
 }
@@ -82,7 +82,7 @@ pub struct InputReport {
 pub struct LevelReport {
     /// Its share of the source's triangles.
     pub ratio: f64,
-    /// The triangles asked for.
+    /// The target, in triangles.
     pub target: usize,
     /// The triangles it has.
     pub triangles: usize,
@@ -98,7 +98,7 @@ pub struct LevelReport {
     pub texture_bytes: usize,
     /// Whether the target was reached.
     pub reached: bool,
-    /// Why not, if it was not.
+    /// The reason why the target was not reached, if it was not.
     pub why: Option<String>,
     /// The largest size at which it may be shown, in pixels that the diagonal of the source's
     /// bounding box spans, if it was evaluated; see [`crate::export::certificate`]. `None` also where the
@@ -107,7 +107,7 @@ pub struct LevelReport {
     /// The part of the source where it is off the most, if it was evaluated and is off at all.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub farthest: Option<FarthestPart>,
-    /// How far it is from the source, if it was evaluated.
+    /// Its metrics against the source, if it was evaluated.
     pub metrics: Option<Metrics>,
 }
 
@@ -216,14 +216,14 @@ impl BakeReport {
     }
 }
 
-/// What an evaluation found, in schema 1.
+/// The report of an evaluation, in schema 1.
 #[derive(Clone, Debug, Serialize)]
 pub struct EvaluateReport {
     /// Version of this layout.
     pub schema: u32,
-    /// What the candidates were compared with.
+    /// The reference that candidates were compared with.
     pub reference: ReferenceReport,
-    /// How surfaces were colored in the views.
+    /// The coloring of surfaces in the views.
     pub mode: Mode,
     /// The cameras, in the order of a sheet's rows, so that another renderer can see what was seen.
     pub views: Vec<ViewReport>,
@@ -245,13 +245,13 @@ pub struct ReferenceReport {
 /// A camera of an evaluation: a pinhole of square frame.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct ViewReport {
-    /// Where it stands, in world units.
+    /// Its position, in world units.
     pub eye: [f64; 3],
-    /// What it looks at, in world units: the middle of the picture.
+    /// The point that it looks at, in world units: the middle of the picture.
     pub target: [f64; 3],
     /// Unit vector that is upward in the picture.
     pub up: [f64; 3],
-    /// Of the whole frame, both ways.
+    /// Field of view of the whole frame, horizontal and vertical.
     pub field_of_view_degrees: f64,
 }
 
@@ -275,22 +275,22 @@ pub struct CandidateReport {
     pub file: String,
     /// Its triangles.
     pub triangles: usize,
-    /// How far it is from the reference; `None` if it could not be compared.
+    /// Its metrics against the reference; `None` if it could not be compared.
     pub metrics: Option<Metrics>,
-    /// Why it could not be compared.
+    /// The reason why it could not be compared.
     pub failure: Option<String>,
-    /// What makes its figures doubtful, if it was compared.
+    /// A warning if its figures are doubtful, if it was compared.
     pub warning: Option<String>,
-    /// How far it is in each of the views, in their order; none if it could not be compared.
+    /// Its metrics in each of the views, in their order; empty if it could not be compared.
     pub views: Vec<ViewMetrics>,
 }
 
-/// How many times as large as the reference, or as small, a candidate may be before its figures are
+/// The largest ratio of sizes of candidate and reference, either way, at which figures are not
 /// doubted: less than that between the units of any two tools (25.4 for inches in millimetres).
 const MOST_ENLARGED: f64 = 10.0;
 
 impl CandidateReport {
-    /// What came of a comparison: the triangles and the figures, of all views and of each.
+    /// The report of a comparison: the triangles and the figures, of all views and of each.
     pub fn new(file: String, compared: Result<(usize, Metrics, Vec<ViewMetrics>)>) -> Self {
         match compared {
             Ok((triangles, metrics, views)) => Self {
@@ -308,13 +308,14 @@ impl CandidateReport {
         }
     }
 
-    /// What is wrong with it, if anything is.
+    /// The failure or warning, if there is one.
     pub fn complaint(&self) -> Option<&str> {
         self.failure.as_deref().or(self.warning.as_deref())
     }
 }
 
-/// What to say of a candidate whose bounding box is so many times as large as the reference's.
+/// The warning about a candidate whose bounding box is so many times as large as the reference's,
+/// if it needs one.
 fn doubt(diagonal_ratio: f64) -> Option<String> {
     if (1.0 / MOST_ENLARGED..=MOST_ENLARGED).contains(&diagonal_ratio) {
         return None;

@@ -71,7 +71,7 @@ pub struct Gallery {
     pub scenes: Vec<SceneViews>,
 }
 
-/// What is shown of one scene.
+/// The pictures of one scene.
 pub struct SceneViews {
     /// One per view.
     pub renders: Vec<Picture>,
@@ -129,12 +129,12 @@ fn wireframe(scene: &Scene, rig: &Rig) -> Result<Picture> {
     Picture::new(&draw_wireframe(scene, &rig.cameras[0], WIRE_SIDE))
 }
 
-/// What became of the images of an asset.
+/// The outcome of the repair of an asset's images, in pictures.
 #[derive(Clone, Debug, Default)]
 pub struct AtlasPictures {
     /// The first of the repaired ones.
     pub shown: Vec<AtlasPicture>,
-    /// How many more were repaired.
+    /// Number of repaired ones that are not shown.
     pub more: usize,
     /// Images that were left alone, and why.
     pub left_alone: Vec<(usize, LeftAlone)>,
@@ -145,7 +145,7 @@ pub struct AtlasPictures {
 pub struct AtlasPicture {
     /// Its index among the document's images.
     pub image: usize,
-    /// What its texels mean.
+    /// The meaning of its texels.
     pub role: Option<Role>,
     /// Width and height in texels.
     pub size: [usize; 2],
@@ -155,7 +155,7 @@ pub struct AtlasPicture {
     pub filled: usize,
     /// Texels that could not be.
     pub remaining: usize,
-    /// What filtering inside the charts read before, at each mip level.
+    /// The counts of texels that filtering inside the charts read before, at each mip level.
     pub reads: Vec<MipReads>,
     /// The image as it came, with hatches over its invalid texels.
     pub before: Picture,

@@ -1,4 +1,4 @@
-//! What a repair did, as a table and as JSON.
+//! Reports of a repair, as a table and as JSON.
 
 use std::path::{Path, PathBuf};
 
@@ -9,19 +9,19 @@ use serde_json::{Value, json};
 use super::table::align;
 use crate::atlas::charts::Reads;
 
-/// What a repair did to each image of a file.
+/// The report of a repair, for each image of a file.
 #[derive(Clone, Debug)]
 pub struct RepairReport {
     /// The images of an asset or the layers of an EXR in their order, or the one picture.
     pub images: Vec<ImageReport>,
 }
 
-/// What a repair did to an image.
+/// The report of the repair of an image.
 #[derive(Clone, Debug, Default)]
 pub struct ImageReport {
     /// Its name.
     pub name: String,
-    /// What its texels mean, if something uses them.
+    /// The meaning of its texels, if something uses them.
     pub role: Option<Role>,
     /// Its width and height in texels; `None` if it was not looked into.
     pub size: Option<[usize; 2]>,
@@ -31,13 +31,14 @@ pub struct ImageReport {
     pub filled: usize,
     /// Texels that may not be trusted and could not be filled.
     pub remaining: usize,
-    /// What filtering inside the charts read before the repair; empty where no charts are known.
+    /// The counts of texels that filtering inside the charts read before the repair; empty where no
+    /// charts are known.
     pub reads: Reads,
-    /// What was done to the texels along seams, if that was asked for.
+    /// The equalization of seams, if it was asked for.
     pub equalized: Option<Equalized>,
-    /// Why it was left alone, if it was.
+    /// The reason why it was left alone, if it was.
     pub left_alone: Option<String>,
-    /// What changed beside texels that were filled.
+    /// Messages about changes beside texels that were filled.
     pub notes: Vec<String>,
     /// A PNG of what was filled, if it was asked for.
     pub diff: Option<Vec<u8>>,
@@ -72,7 +73,7 @@ impl ImageReport {
         format!("{}{alike}: {before} → {after}; {shared}\n", self.name)
     }
 
-    /// What an equalisation did.
+    /// A line of text about an equalization.
     fn seams_line(&self, equalized: &Equalized) -> String {
         let steps =
             |steps: [f64; STEP_LEVELS]| steps.map(|step| format!("{:.2}", 1e3 * step)).join(" ");
@@ -141,7 +142,7 @@ impl RepairReport {
         format!("{:#}\n", json!({"schema": 1, "images": images}))
     }
 
-    /// One line for all images that lie in the same charts.
+    /// The lines about reads: one for all images that lie in the same charts.
     fn reads(&self) -> String {
         let images: Vec<_> =
             self.images.iter().filter(|image| !image.reads.mips.is_empty()).collect();

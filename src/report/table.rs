@@ -5,7 +5,7 @@ use crate::evaluate::Metrics;
 /// Columns of a table of figures.
 pub(super) const COLUMNS: usize = 12;
 
-/// What the columns are, the first by this name.
+/// The heads of the columns, `first` among them.
 pub(super) fn header(first: &str) -> [String; COLUMNS] {
     [
         first,

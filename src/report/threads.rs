@@ -1,4 +1,4 @@
-//! How the wall time of a job falls with the number of threads.
+//! The wall time of a job by the number of threads.
 
 use std::time::Instant;
 
@@ -16,7 +16,7 @@ pub struct ThreadTime {
 /// Runs a job once on 1, 2, … `most` threads each.
 ///
 /// # Errors
-/// What the job returns; [`Error::Internal`] if threads can't be had.
+/// The job's error; [`Error::Internal`] if threads can't be had.
 pub fn time_threads<T>(most: usize, run: impl Fn() -> Result<T> + Sync) -> Result<Vec<ThreadTime>> {
     let time = |threads| {
         let pool = rayon::ThreadPoolBuilder::new()
