@@ -36,7 +36,7 @@ impl Side {
         3 - self.slots[0] - self.slots[1]
     }
 
-    /// What the triangle's vertices have at the edge's ends.
+    /// The values `of` the triangle's vertices at the edge's ends.
     pub(crate) fn ends<T>(&self, triangles: &[[u32; 3]], of: impl Fn(usize) -> T) -> [T; 2] {
         self.slots.map(|slot| of(triangles[self.triangle][slot] as usize))
     }

@@ -30,7 +30,7 @@ pub struct Geometry {
     pub parts: Vec<Part>,
 }
 
-/// A triangle primitive and what its vertices carry.
+/// A triangle primitive and the attributes of its vertices.
 #[derive(Clone, Debug)]
 pub struct Part {
     /// The primitive.
@@ -39,13 +39,13 @@ pub struct Part {
     pub vertices: usize,
     /// Number of its first vertex among those of all parts.
     pub(crate) first: u32,
-    /// What the metric does not see, by attribute name.
+    /// The attributes that the metric does not see, by name.
     pub(crate) carried: Vec<(String, Elements)>,
     /// The morph targets, by attribute name.
     pub(crate) targets: Vec<Vec<(String, Elements)>>,
     /// Components and type of `COLOR_0` in the file.
     pub(crate) color: Option<(usize, ComponentType)>,
-    /// Which UV set the normal map is laid out in.
+    /// The UV set of the normal map.
     pub(crate) normal_uv: usize,
 }
 

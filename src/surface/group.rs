@@ -1,4 +1,4 @@
-//! Which meshes of an asset are one surface.
+//! The meshes of an asset that are one surface.
 //!
 //! Scans come cut into tiles, a mesh each. Simplified one by one, their borders go apart and the ground
 //! shows cracks. So meshes whose borders meet, edge by edge at bitwise equal positions, are simplified as one
@@ -43,7 +43,7 @@ pub fn weld_all(asset: &Asset, limit: MemoryLimit) -> Result<Vec<Geometry>> {
 /// A world transform, to the bit.
 type Place = [u64; 16];
 
-/// Where meshes stand that are shown once and never move.
+/// The places of meshes that are shown once and never move.
 fn places(asset: &Asset) -> Result<FxHashMap<usize, Place>> {
     let mut shown: FxHashMap<usize, Option<Place>> = FxHashMap::default();
     if asset.count("animations") > 0 {

@@ -69,7 +69,7 @@ pub(crate) fn mesh_tangents(mesh: &Mesh, sets: &[Option<usize>]) -> Result<Vec<[
     Ok(tangents)
 }
 
-/// The same for the surface of a source: the file's own tangents where it has them.
+/// One triple per triangle of the surface of a source: the file's own tangents where it has them.
 ///
 /// A wedge may stand for vertices of two mirrored sides. Of those only one side's tangents are known
 /// by its vertex; the other's are by MikkTSpace.
