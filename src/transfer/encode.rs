@@ -1,4 +1,4 @@
-//! In which format an image of a level is stored.
+//! The format in which an image of a level is stored.
 
 use std::borrow::Cow;
 
@@ -14,8 +14,8 @@ use crate::image_file::palette::{has_palette, reduce};
 /// File formats of textures.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TextureFormat {
-    /// That of the source's image, colors of a PNG with a palette in one again; PNG for a normal map
-    /// that a level gains.
+    /// The format of the source's image, colors of a PNG with a palette in one again; PNG for a
+    /// normal map that a level gains.
     #[default]
     Keep,
     /// Lossless.

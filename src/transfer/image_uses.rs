@@ -1,4 +1,4 @@
-//! Who uses which image where.
+//! The uses of images: by which triangles, in which UVs and roles.
 
 use seamwise_attr::Mesh;
 use seamwise_texture::transfer::{Face, overlap};
@@ -37,7 +37,7 @@ pub(super) fn used_together(uses: &[Used]) -> Vec<Vec<usize>> {
     sets.into_iter().map(|(images, _)| images).collect()
 }
 
-/// How an image is used.
+/// The uses of an image.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Used {
     pub(super) role: Role,
@@ -69,7 +69,7 @@ impl Used {
         }
     }
 
-    /// Why it can't be made anew in its own layout.
+    /// The reason why it can't be made anew in its own layout, if there is one.
     pub(super) fn shared(&self, surfaces: &[Geometry]) -> Option<SharedReason> {
         self.unfit(|| false).or_else(|| {
             let meshes: Vec<&Mesh> = surfaces.iter().map(|surface| &surface.welded.mesh).collect();
@@ -86,7 +86,7 @@ impl Used {
         })
     }
 
-    /// Why it can't be made anew in any layout.
+    /// The reason why it can't be made anew in any layout, if there is one.
     pub(super) fn unfit(&self, is_tangled: impl Fn() -> bool) -> Option<SharedReason> {
         if !self.is_used {
             Some(SharedReason::NotWorn)

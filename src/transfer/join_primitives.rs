@@ -1,5 +1,5 @@
-//! Which parts of a mesh become one primitive: those that use one merged material, and whose vertices
-//! carry the same. Colors are white where a part has none.
+//! Parts of a mesh that become one primitive: those that use one merged material, and whose
+//! vertices have the same attributes. Colors are white where a part has none.
 
 use std::collections::BTreeSet;
 
@@ -23,7 +23,7 @@ pub(crate) struct Joins {
 /// Name, type and number of components of an attribute.
 type Shape = (String, ComponentType, usize, bool);
 
-/// What parts must have in common.
+/// The properties that parts must have in common.
 #[derive(Clone, Debug, PartialEq)]
 struct Kind {
     layout: usize,

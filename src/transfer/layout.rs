@@ -1,4 +1,5 @@
-//! Where the images of levels lie and how triangles read them: the values that a plan is made of.
+//! The layouts of levels' images and the UVs by which triangles read them: the values that a plan
+//! is made of.
 
 use glam::{Affine2, Vec4};
 use seamwise_attr::Mesh;
@@ -29,18 +30,18 @@ impl ChartGroup {
 /// Images that the same triangles of a level read at the same places.
 #[derive(Clone, Debug)]
 pub(crate) struct UvLayout {
-    /// How the level reads them.
+    /// The triangles of the level that read them, and in which UVs.
     pub(crate) charts: Vec<ChartGroup>,
     pub(crate) wrap: [Wrap; 2],
     pub(crate) images: Vec<ImageUse>,
     /// Whether the level's charts are laid out anew.
     pub(crate) is_new: bool,
-    /// What materials become that are merged; it has images of its own then.
+    /// The merged material, if there is one; it has images of its own.
     pub(crate) merge_group: Option<MergeGroup>,
 }
 
 impl UvLayout {
-    /// How the source reads what an entry of the charts uses, if that is an image.
+    /// The source's reading of the image that an entry of the charts uses, if it uses one.
     pub(crate) fn reading(&self, chart: usize) -> Option<SourceReading> {
         let images = self.images.iter().filter_map(|own| own.readings[chart]);
         let outputs = self.merge_group.iter().flat_map(|merge_group| &merge_group.outputs);
@@ -53,13 +54,13 @@ impl UvLayout {
 #[derive(Clone, Debug)]
 pub(crate) struct ImageUse {
     pub(crate) image: usize,
-    /// What its texels mean.
+    /// The meaning of its texels.
     pub(crate) role: Role,
     /// One per entry of the layout's charts: how the source reads it, if those triangles use it.
     pub(crate) readings: Vec<Option<SourceReading>>,
 }
 
-/// How triangles of the source read an image.
+/// The sampling of an image by triangles of the source.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SourceReading {
     pub(crate) uv_set: usize,
@@ -69,7 +70,7 @@ pub(crate) struct SourceReading {
     pub(crate) normal_scale: f32,
 }
 
-/// Why an image is shared by all levels instead of made anew.
+/// The reason why an image is shared by all levels instead of made anew.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SharedReason {
     /// No material that a surface uses names it.
@@ -81,7 +82,7 @@ pub enum SharedReason {
     /// No chart tells which texels those read.
     #[error("points or lines use it")]
     BeyondCharts,
-    /// What uses it lacks the UVs, or has more sets of them than levels are made of.
+    /// The triangles that use it lack the UVs, or have more sets of them than levels are made of.
     #[error("what uses it has no UVs for it")]
     NoCharts,
     /// UVs run over the image again and again.
@@ -166,10 +167,10 @@ impl MergeGroup {
 /// An image of a merged material.
 #[derive(Clone, Debug)]
 pub(crate) struct BakedTexture {
-    /// Where in the material it is a texture.
+    /// The places in the material where it is a texture.
     pub(crate) places: Vec<&'static str>,
     pub(crate) role: Role,
-    /// How many channels mean something.
+    /// Number of channels that are used.
     pub(crate) channels: usize,
     /// One per entry of the layout's charts.
     pub(crate) readings: Vec<BakedReading>,
@@ -177,7 +178,7 @@ pub(crate) struct BakedTexture {
     pub(crate) is_gained: bool,
 }
 
-/// What an entry of charts puts into an image.
+/// The source of an image's texels in an entry of the charts.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BakedReading {
     /// The source's image and how it is read; white, or a flat normal, without one.

@@ -1,5 +1,5 @@
-//! Which materials of an asset become one: those that agree in all that an atlas does not hold, which
-//! are alpha mode and cutoff, sides, and extensions.
+//! Materials of an asset that become one: those that agree in all that an atlas does not hold,
+//! which are alpha mode and cutoff, sides, and extensions.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +13,7 @@ use crate::document::primitive::Primitive;
 use crate::error::Result;
 use crate::surface::geometry::Geometry;
 
-/// Why a material stays by itself.
+/// The reason why a material stays by itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NotMerged {
     /// Variants of the asset put another in its place.
@@ -31,7 +31,7 @@ pub enum NotMerged {
     /// An image file is not there.
     #[error("one of its images is missing")]
     Missing,
-    /// What uses it lacks the UVs, or has more sets of them than levels are made of.
+    /// The triangles that use it lack the UVs, or have more sets of them than levels are made of.
     #[error("what uses it has no UVs for it")]
     NoCharts,
     /// No other has its alpha mode, cutoff, sides and extensions.
@@ -39,12 +39,12 @@ pub enum NotMerged {
     Alone,
 }
 
-/// What becomes of the materials of an asset.
+/// The merging of an asset's materials.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Merging {
     /// A layout for each merged material.
     pub(crate) layouts: Vec<UvLayout>,
-    /// Why a material that surfaces use is not merged.
+    /// By material: the reason why it is not merged, though surfaces use it.
     pub(crate) not_merged: BTreeMap<usize, NotMerged>,
 }
 
@@ -138,7 +138,7 @@ fn animated(json: &Value, found: &mut BTreeMap<usize, NotMerged>) {
     }
 }
 
-/// Why a material can't be merged with any.
+/// The reason why a material can't be merged with any, if there is one.
 fn unfit(
     asset: &Asset,
     surfaces: &[Geometry],
@@ -161,7 +161,7 @@ fn unfit(
     }
 }
 
-/// What materials of a merge_group agree in, as the beginning of their merged one.
+/// The properties that materials of a merge group agree in, as the beginning of the merged one.
 fn agreement(material: &Value) -> Value {
     let mut own = Map::new();
     let mut keep = |key: &str, default: Value| {

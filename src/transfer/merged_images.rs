@@ -19,8 +19,8 @@ const PLAIN: f64 = 64.0 * 64.0;
 /// Texels per length are not below this share of the most of any material.
 const LEAST_DENSITY: f64 = 1.0 / 16.0;
 
-/// How large an atlas is that holds the texels of materials, one entry each and `None` for one without
-/// textures: a power of two, as mip maps and compressed blocks like it best.
+/// The side of an atlas that holds the texels of materials, one entry each and `None` for one
+/// without textures: a power of two, as mip maps and compressed blocks like it best.
 pub(super) fn side(texels: impl Iterator<Item = Option<f64>>) -> usize {
     let sum: f64 = texels.map(|own| own.unwrap_or(PLAIN)).sum();
     (sum.sqrt().ceil() as usize).min(MAX_SIDE_TEXELS).next_power_of_two()
@@ -46,7 +46,7 @@ pub(super) fn densities(materials: &[usize], areas: &[f64], texels: &[Option<f64
     densities.into_iter().map(share).collect()
 }
 
-/// What a merge_group is made of; without a gained normal map if it `gains` none.
+/// The images of a merge group; without a gained normal map if it `gains` none.
 pub(super) fn outputs<'a>(
     merge_group: &MergeGroup,
     originals: &'a [Original],

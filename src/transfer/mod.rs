@@ -53,8 +53,8 @@ use sizes::{Share, TexelDensity, fit, halved};
 /// Levels that are made at a time: a file is compressed on one thread, and each takes memory of its
 /// own.
 const LEVELS: usize = 2;
-/// How often images are made smaller until they fit a budget: a file's bytes are not known before it
-/// is made.
+/// The most rounds of making images smaller until they fit a budget: a file's bytes are not known
+/// before it is made.
 const ATTEMPTS: usize = 8;
 
 /// Makes the textures of all levels; `chains` has those of each surface. Where charts are laid out
@@ -255,7 +255,7 @@ impl TextureMaker<'_> {
         })
     }
 
-    /// What a budget needs to know of each sheet and level.
+    /// The bytes and errors of each sheet and level, for a budget.
     fn shares(&self, made: &[Vec<Made>]) -> Result<Vec<Share>> {
         let mut shares = Vec::new();
         for (sheet, made) in self.sheets.iter().zip(made) {

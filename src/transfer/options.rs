@@ -1,25 +1,25 @@
-//! How textures are made anew.
+//! Options of a transfer of textures.
 
 use super::encode::TextureFormat;
 use super::sizes::Sizes;
 use crate::image_file::codec::EncodeOptions;
 
-/// Where the textures of levels are laid out.
+/// The layout of levels' textures.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Atlas {
-    /// Where the source's are; images whose layout tiles or overlaps stay shared.
+    /// The source's layout; images whose layout tiles or overlaps stay shared.
     #[default]
     Keep,
-    /// In an atlas of their own, one for each set of images that the same triangles use.
+    /// An atlas of their own, one for each set of images that the same triangles use.
     New,
-    /// The same, with materials merged into one where an atlas holds all that they differ in.
+    /// As `New`, with materials merged into one where an atlas holds all that they differ in.
     Merged,
 }
 
 /// Whether levels gain normal maps where their source has none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BakeNormals {
-    /// Where the shading normals of a level are off by more than a degree.
+    /// On materials where the shading normals of a level are off by more than a degree.
     #[default]
     Auto,
     /// On every lit material.
@@ -28,23 +28,23 @@ pub enum BakeNormals {
     Off,
 }
 
-/// How textures are made anew.
+/// Options of a transfer of textures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TransferOptions {
-    /// Where they are laid out.
+    /// Their layout.
     pub atlas: Atlas,
-    /// How large the images are.
+    /// The sizes of images.
     pub sizes: Sizes,
     /// Whether levels gain normal maps.
     pub bake_normals: BakeNormals,
-    /// How they are stored.
+    /// The format in which they are stored.
     pub format: TextureFormat,
     /// Quality of JPEGs, 1…100.
     pub quality: u8,
 }
 
 impl Default for TransferOptions {
-    /// As large as needed, where the source's are and in its formats.
+    /// Sizes as needed, in the source's layout and formats.
     fn default() -> Self {
         Self {
             atlas: Atlas::default(),

@@ -1,4 +1,4 @@
-//! What textures are made from.
+//! The input of a transfer of textures.
 
 use image::ColorType;
 use seamwise_texture::transfer::Picture;
@@ -10,14 +10,14 @@ use crate::limit::MemoryLimit;
 use crate::screen::Screen;
 use crate::surface::geometry::Geometry;
 
-/// What textures are made from.
+/// The input of a transfer of textures.
 #[derive(Clone, Copy)]
 pub(crate) struct Origin<'a> {
     pub(crate) asset: &'a Asset,
     pub(crate) surfaces: &'a [Geometry],
-    /// What became of each image in a repair, by which charts are read up to their rims.
+    /// The repair of each image, by which charts are read up to their rims.
     pub(crate) repairs: &'a [ImageRepair],
-    /// The same as files: what a level uses of images that are not made anew.
+    /// The repaired images as files, which levels use where an image is not made anew.
     pub(crate) images: &'a [EncodedImage],
     pub(crate) screen: Screen,
     pub(crate) limit: MemoryLimit,

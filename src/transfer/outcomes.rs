@@ -1,4 +1,4 @@
-//! What a transfer made of each material, for the report.
+//! The outcome of a transfer for each material, for the report.
 
 use serde::Serialize;
 use serde_json::Value;
@@ -10,7 +10,7 @@ use crate::document::asset::Asset;
 use crate::document::material::material_slots;
 use crate::error::Result;
 
-/// What becomes of the textures of a material.
+/// The outcome of a material's textures.
 #[derive(Clone, Debug, Serialize)]
 pub struct MaterialTextures {
     /// Its index.
@@ -19,40 +19,41 @@ pub struct MaterialTextures {
     pub name: Option<String>,
     /// Its textures.
     pub textures: Vec<TextureOutcome>,
-    /// All materials that it is merged with, itself among them.
+    /// The materials that it is merged with, itself among them.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub merged: Vec<usize>,
-    /// Why it, or a primitive that uses it, stays by itself, if materials are to be merged.
+    /// The reason why it, or a primitive that uses it, stays by itself, if materials are to be
+    /// merged.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub apart: Option<String>,
 }
 
 impl MaterialTextures {
-    /// What people know it by: its name, or else its index.
+    /// Its name in messages, or else its index.
     pub(crate) fn called(&self) -> String {
         self.name.clone().unwrap_or_else(|| self.material.to_string())
     }
 }
 
-/// What becomes of a texture.
+/// The outcome of a texture.
 #[derive(Clone, Debug, Serialize)]
 pub struct TextureOutcome {
     /// Its place in the material.
     pub texture: String,
     /// Its image.
     pub image: usize,
-    /// Where each level's own texels lie.
+    /// The place of each level's texels.
     #[serde(rename = "fate")]
     pub outcome: Outcome,
-    /// Why it is shared, if it is.
+    /// The reason why it is shared, if it is.
     pub why: Option<String>,
 }
 
-/// Where the texels of a level's texture lie.
+/// The place of the texels of a level's texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
-    /// Where the source's are.
+    /// In the same places as the source's.
     InPlace,
     /// In a new atlas.
     NewAtlas,
@@ -63,7 +64,7 @@ pub enum Outcome {
 }
 
 impl Plan {
-    /// What becomes of the textures of each material.
+    /// The outcome of the textures of each material.
     pub(crate) fn outcomes(&self, asset: &Asset) -> Result<Vec<MaterialTextures>> {
         let materials = material_slots(asset)?.into_iter().enumerate();
         let textures = materials.map(|(material, slots)| {

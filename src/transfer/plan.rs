@@ -1,4 +1,5 @@
-//! Which images of an asset a transfer can make anew, where, and which it must leave.
+//! The plan of a transfer: the images of an asset that it makes anew, in which layout, and those
+//! that it must leave.
 
 use std::collections::BTreeMap;
 
@@ -15,16 +16,16 @@ use crate::document::material::{TextureSlot, material_slots, materials_of};
 use crate::error::Result;
 use crate::surface::geometry::Geometry;
 
-/// What becomes of each image.
+/// The plan of a transfer.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Plan {
     pub(crate) layouts: Vec<UvLayout>,
     pub(crate) normals: Vec<NewNormals>,
     /// One per image; `None` if it is made anew.
     pub(crate) shared: Vec<Option<SharedReason>>,
-    /// Why materials stay by themselves, where they are to be merged.
+    /// By material: the reason why it stays by itself, where materials are to be merged.
     pub(crate) not_merged: BTreeMap<usize, NotMerged>,
-    /// What parts become one primitive, one entry per surface and part.
+    /// The parts that become one primitive, one entry per surface and part.
     pub(crate) joins: Joins,
 }
 
@@ -193,7 +194,7 @@ impl Plan {
         sets
     }
 
-    /// The same for the source.
+    /// One per surface and part: the UV set in which the source reads its normal map.
     pub(crate) fn source_sets(&self, surfaces: &[Geometry]) -> Vec<Vec<Option<usize>>> {
         let mut sets = no_sets(surfaces);
         for (layout, own) in self.normal_maps() {

@@ -9,7 +9,7 @@ use seamwise_texture::{RepackOptions, Repacked, UvMesh, repack};
 use super::layout::{SourceReading, UvLayout};
 use crate::error::{Error, Result};
 
-/// Of the side of an atlas, between its charts.
+/// Padding between charts, as a share of the atlas's side.
 const PADDING: f64 = 1.0 / 256.0;
 /// Texels between charts at least: a bilinear tap on each side.
 const LEAST_PADDING: usize = 2;
@@ -108,7 +108,8 @@ impl Gathered {
         gathered
     }
 
-    /// What reads no image keeps the charts of its first UV set, if it has one.
+    /// Adds a triangle's wedge. Triangles that read no image keep the charts of their first UV set,
+    /// if they have one.
     fn add(
         &mut self,
         mesh: &Mesh,

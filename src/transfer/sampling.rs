@@ -1,4 +1,4 @@
-//! What a transfer asks of the source's surfaces and of their levels: tangents and charts.
+//! Tangents and charts of the source's surfaces and of their levels, as a transfer needs them.
 
 use glam::Vec4;
 use rayon::prelude::*;
@@ -14,7 +14,7 @@ use crate::surface::tangents::{mesh_tangents, source_tangents};
 /// One per part: the UV set of its normal map.
 type Sets = Vec<Option<usize>>;
 
-/// Of one surface, of the source or of a level.
+/// Tangents and charts of one surface, of the source or of a level.
 pub(super) struct Tags {
     /// One triple per triangle.
     pub(super) tangents: Vec<[Vec4; 3]>,
@@ -22,7 +22,7 @@ pub(super) struct Tags {
     pub(super) charts: Vec<u32>,
 }
 
-/// Those of the source.
+/// The tags of the source, one entry per surface.
 pub(super) fn source_tags(
     asset: &Asset,
     surfaces: &[Geometry],
@@ -37,7 +37,7 @@ pub(super) fn source_tags(
     surfaces.par_iter().zip(sets).map(of).collect()
 }
 
-/// Those of a level of each surface. `laid_out` are the same in the layout that the level has in the end.
+/// The tags of a level of each surface. `laid_out` are the same levels in their final layout.
 pub(super) fn level_tags(
     surfaces: &[Geometry],
     levels: &[&Level],

@@ -30,7 +30,7 @@ const LOST_SHAPE_DEGREES: f64 = 1.0;
 pub(super) struct LevelSurfaces<'a> {
     /// One per surface.
     pub(super) meshes: Vec<&'a Mesh>,
-    /// The same with their sources.
+    /// The surfaces with their sources.
     pub(super) pairs: Vec<Pair<'a>>,
 }
 
@@ -50,14 +50,14 @@ pub(super) struct Sheet<'a> {
 #[derive(Clone, Debug)]
 pub(super) struct Made {
     pub(super) size: [usize; 2],
-    /// With what they replace.
+    /// The images, each with the index of the one that it replaces.
     pub(super) images: Vec<(usize, EncodedImage)>,
     pub(super) normals: Vec<NormalMap>,
     pub(super) merged: Option<MergedMaterial>,
 }
 
 impl Made {
-    /// Of all files.
+    /// Bytes of all files.
     pub(super) fn bytes(&self) -> usize {
         let old = self.images.iter().map(|(_, image)| image.bytes.len());
         let new = self.normals.iter().map(|own| own.image.bytes.len());

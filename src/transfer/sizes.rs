@@ -1,4 +1,4 @@
-//! How large the images of a level are.
+//! Sizes of the images of a level.
 //!
 //! A level is shown up to the size S at which its surface is off by the pixels that the screen
 //! tolerates (see [`screen`](crate::screen)), and no larger than the screen. There one pixel
@@ -23,7 +23,7 @@ use crate::surface::geometry::Geometry;
 /// The share of a new atlas that charts cover, about.
 const PACKED: f64 = 0.6;
 
-/// How large the images of each level are; never larger than the source's.
+/// Sizes of the images of each level; never larger than the source's.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Sizes {
     /// As large as it takes where the level is shown.
@@ -35,7 +35,7 @@ pub enum Sizes {
     Budget(u64),
 }
 
-/// What the sizes are computed from.
+/// The texels per length that a level needs, from its size on screen.
 pub(super) struct TexelDensity {
     /// Diagonal of the asset's bounding box in the units of the scene.
     diagonal: f64,
@@ -89,7 +89,7 @@ impl TexelDensity {
         (squares.sum::<f64>() / area.max(f64::MIN_POSITIVE)).sqrt() / self.diagonal
     }
 
-    /// How many levels there are.
+    /// Number of levels.
     pub(super) fn levels(&self) -> usize {
         self.pixels.len()
     }
@@ -99,7 +99,7 @@ impl TexelDensity {
         &self.stretches
     }
 
-    /// How many halvings of an image of `size` in a layout are not seen on a level.
+    /// Number of halvings of an image of `size` in a layout that are not seen on a level.
     pub(super) fn unseen(
         &self,
         surfaces: &[Geometry],
@@ -153,17 +153,18 @@ pub(super) fn halved(size: [usize; 2], times: u32) -> [usize; 2] {
 /// Images of one sheet and level, as a budget sees them.
 #[derive(Clone, Debug)]
 pub(super) struct Share {
-    /// Of all texels and channels, in bytes.
+    /// Size of all texels and channels, in bytes.
     pub(super) bytes: f64,
     pub(super) halvings: u32,
     /// Halvings up to here lose nothing that is seen.
     pub(super) unseen: u32,
-    /// What each further halving of the source's image loses, by the area that shows it.
+    /// The error of each further halving of the source's image, by the area that shows it.
     pub(super) details: Vec<f64>,
 }
 
 impl Share {
-    /// What the next halving loses per byte that it saves; `None` if there is nothing left to halve.
+    /// The error of the next halving per byte that it saves; `None` if there is nothing left to
+    /// halve.
     fn price(&self) -> Option<f64> {
         let lost = self.details.get(self.halvings as usize)?;
         let lost = if self.halvings < self.unseen { 0.0 } else { *lost };
