@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// What went wrong, and where.
+/// An error of the tool, and its place.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A file can't be read or written.
@@ -11,13 +11,13 @@ pub enum Error {
     Io {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The system's error.
         source: std::io::Error,
     },
     /// A file is wrong.
     #[error("{at}: {what}")]
     Invalid {
-        /// What is wrong.
+        /// The fault.
         what: String,
         /// The place in the file: a JSON pointer in a glTF document, or the file's name.
         at: String,
@@ -25,30 +25,30 @@ pub enum Error {
     /// A file is valid but unsupported: it asks for something that this version can't do.
     #[error("{what} is not supported")]
     Unsupported {
-        /// What it asks for.
+        /// The feature that it asks for.
         what: String,
     },
-    /// It took longer than the user allows.
+    /// The work took longer than the user allows.
     #[error(
         "it takes longer than the limit of {} s, stopped at the stage `{stage}`; --time-limit allows more",
         limit.as_secs_f64()
     )]
     Time {
-        /// What was done last, or would have been next.
+        /// The stage that was done last, or would have been next.
         stage: String,
-        /// How long it might take.
+        /// The time limit.
         limit: Duration,
     },
     /// An option makes no sense.
     #[error("{what}")]
     Options {
-        /// Which, and what it would have to be.
+        /// The option, and what it would have to be.
         what: String,
     },
     /// A mistake in Seamwise.
     #[error("internal error, please report it: {what}")]
     Internal {
-        /// What was found to be impossible.
+        /// The state that should be impossible.
         what: String,
     },
 }
@@ -59,7 +59,7 @@ impl Error {
         Self::Invalid { what: what.into(), at: at.into() }
     }
 
-    /// The same error, with the file it was found in.
+    /// Adds the file that the error was found in.
     pub(crate) fn in_file(self, path: &Path) -> Self {
         let path = path.display();
         match self {

@@ -1,4 +1,5 @@
-//! What an asset is made of, and where its atlases would bleed.
+//! Inspection of an asset: its meshes, materials and images, and the reads by which its atlases
+//! would bleed.
 
 use rayon::prelude::*;
 use seamwise_attr::Census;
@@ -14,7 +15,7 @@ use crate::image_file::codec::decode;
 use crate::limit::MemoryLimit;
 use crate::surface::geometry::{Geometry, check_size};
 
-/// What was found, in schema 1.
+/// The result of an inspection, in schema 1.
 #[derive(Clone, Debug, Serialize)]
 pub struct Inspection {
     /// Version of this layout.
@@ -65,7 +66,7 @@ pub struct MeshReport {
 pub struct AtlasReport {
     /// Its index among the document's images.
     pub image: usize,
-    /// What its texels mean: color, normal or data.
+    /// The role of its texels: color, normal or data.
     pub role: &'static str,
     /// Width in texels.
     pub width: usize,
@@ -84,9 +85,9 @@ pub struct AtlasReport {
 pub struct MipReport {
     /// Distinct texels read.
     pub read: usize,
-    /// Those that an uncovered texel went into.
+    /// Number of those that an uncovered texel went into.
     pub invalid: usize,
-    /// How many of those a repair leaves.
+    /// Number of those that are left after a repair.
     pub invalid_after: usize,
 }
 

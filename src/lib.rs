@@ -7,8 +7,8 @@
 //! path → read → Asset → weld → Mesh → chain → [Level] → polish → textures → write → .glb → evaluate → Report
 //! ```
 //!
-//! What stands where, from top to bottom. A file imports only from what stands below it, and no
-//! files import each other in a circle; a test reads this list and holds both:
+//! The modules, from top to bottom. A file imports only from what stands below it, and no files
+//! import each other in a circle; a test reads this list and holds both:
 //!
 //! - `commands` does what each subcommand of the binary is for.
 //! - `cli` is what the user typed.

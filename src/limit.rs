@@ -1,5 +1,5 @@
-//! How much memory a file may make its reader take: a few bytes can claim any number of texels, or
-//! name the same vertices again and again.
+//! Limits on the memory that a file may make its reader take: a few bytes can claim any number of
+//! texels, or name the same vertices again and again.
 
 use std::fmt;
 use std::fs::File;
@@ -57,8 +57,8 @@ impl MemoryLimit {
         limits
     }
 
-    /// What is wrong with an image of `width` × `height` texels that takes so many bytes, if it is
-    /// too large.
+    /// The fault of an image of `width` × `height` texels that takes so many bytes, if it is too
+    /// large.
     pub(crate) fn check(self, [width, height]: [u64; 2], bytes: u64) -> Option<String> {
         let over = bytes > self.bytes;
         let needed = bytes.div_ceil(1 << 20);
@@ -97,7 +97,7 @@ impl MemoryLimit {
         }
     }
 
-    /// What a decoder has to say; it does not know who set its limit.
+    /// The message for a decoder's error; decoders do not know who set their limit.
     pub(crate) fn explain(self, error: &ImageError) -> String {
         match error {
             ImageError::Limits(_) => format!("it takes {}", self.exceeded()),
@@ -106,7 +106,7 @@ impl MemoryLimit {
     }
 }
 
-/// What is left of a limit that several things share.
+/// The rest of a limit that several things share.
 #[derive(Debug)]
 pub(crate) struct Budget {
     left: u64,
@@ -114,12 +114,12 @@ pub(crate) struct Budget {
 }
 
 impl Budget {
-    /// All of a limit.
+    /// A budget of the whole limit.
     pub(crate) fn of(limit: MemoryLimit) -> Self {
         Self { left: limit.bytes, limit }
     }
 
-    /// What is left, in bytes.
+    /// Bytes that are left.
     #[cfg(feature = "draco")]
     pub(crate) fn left(&self) -> u64 {
         self.left
@@ -133,8 +133,9 @@ impl Budget {
     }
 }
 
-/// How many times the bytes of its result a decoder takes: coefficients of a progressive JPEG are
-/// twice as large as its texels, a WebP is decoded with alpha and in planes, a TIFF to a copy.
+/// The memory that a decoder takes, in multiples of the bytes of its result: coefficients of a
+/// progressive JPEG are twice as large as its texels, a WebP is decoded with alpha and in planes, a
+/// TIFF to a copy.
 const fn copies(format: ImageFormat) -> u64 {
     match format {
         ImageFormat::Jpeg | ImageFormat::WebP => 3,

@@ -13,7 +13,7 @@ use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::error::{Error, Result};
 
-/// Where progress is shown.
+/// The display of progress.
 #[derive(Clone, Debug)]
 pub struct Progress {
     bars: MultiProgress,
@@ -22,7 +22,7 @@ pub struct Progress {
     deadline: Option<Deadline>,
 }
 
-/// When a time is over, and how long it was.
+/// The end of a time limit, and its length.
 #[derive(Clone, Copy, Debug)]
 struct Deadline {
     end: Instant,
@@ -48,7 +48,7 @@ impl Drop for End<'_> {
 }
 
 impl Progress {
-    /// On standard error, if that is a terminal.
+    /// Progress on standard error, if that is a terminal.
     pub fn terminal() -> Self {
         Self { bars: MultiProgress::new(), file: None, deadline: None }
     }
@@ -59,13 +59,13 @@ impl Progress {
         Self { bars, file: None, deadline: None }
     }
 
-    /// The same with a time from now on, if there is one.
+    /// This progress with a time limit from now on, if there is one.
     pub(crate) fn limited(&self, limit: Option<Duration>) -> Self {
         let end = |limit| Some(Deadline { end: Instant::now().checked_add(limit)?, limit });
         Self { deadline: limit.and_then(end), ..self.clone() }
     }
 
-    /// The same, shown nowhere.
+    /// This progress, not shown.
     pub(crate) fn unseen(&self) -> Self {
         Self { deadline: self.deadline, ..Self::hidden() }
     }

@@ -21,7 +21,7 @@ pub struct Screen {
     pub width: u32,
     /// Pixels down.
     pub height: u32,
-    /// How many pixels a surface may be off.
+    /// The largest error of a surface on screen, in pixels.
     pub pixel_tolerance: f64,
 }
 
@@ -57,7 +57,8 @@ impl Screen {
         largest_size(self.pixel_tolerance, distance_rms)
     }
 
-    /// How far away a diagonal of length `diagonal` spans `pixels`, in its unit.
+    /// The distance to the eye at which a diagonal of length `diagonal` spans `pixels`, in its
+    /// unit.
     pub fn distance(&self, diagonal: f64, pixels: f64) -> f64 {
         let half = (self.field_of_view_degrees.to_radians() / 2.0).tan();
         diagonal * f64::from(self.height) / (2.0 * half * pixels)
@@ -69,7 +70,7 @@ impl Screen {
         (std::f64::consts::FRAC_PI_4 * pixels * pixels / area).min(1.0)
     }
 
-    /// The sizes of a chain's levels in pixels, made to fall from level to level.
+    /// The sizes of a chain's levels in pixels, made not to increase from level to level.
     ///
     /// `distances`: one per level, as [`Screen::largest_size`] takes them.
     pub fn largest_sizes(&self, distances: impl IntoIterator<Item = f64>) -> Vec<f64> {
@@ -89,8 +90,8 @@ impl Screen {
     }
 }
 
-/// Which level to show where the asset's diagonal spans `pixels`: 0 is the source, and the
-/// coarsest whose largest size is not below it is chosen.
+/// The level to show where the asset's diagonal spans `pixels`: 0 is the source, and the coarsest
+/// whose largest size is not below it is chosen.
 ///
 /// `sizes` are those of [`Screen::largest_sizes`].
 pub fn select_level(sizes: &[f64], pixels: f64) -> usize {
