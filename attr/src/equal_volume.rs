@@ -20,7 +20,7 @@ const LEAST_SHARE: f64 = 0.05;
 /// Points v with normal · v = offset.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Plane {
-    /// Of unit length.
+    /// Unit normal.
     pub(crate) normal: DVec3,
     pub(crate) offset: f64,
 }

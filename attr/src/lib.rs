@@ -19,8 +19,8 @@
 //!
 //! At its targets; where nothing legal is left ([`Stop::NoLegalCollapse`]); before a cost above
 //! [`Options::max_error`]; or, with [`Options::max_deviation`], before the shape is ruined
-//! ([`Stop::Deviation`]). What bars the way gives way at its cost before: loops of three edges around
-//! handles, holes and necks become points, and small shells are removed.
+//! ([`Stop::Deviation`]). Before that, obstacles are removed at their cost: loops of three edges
+//! around handles, holes and necks become points, and small shells go.
 
 mod buckets;
 mod bvh;

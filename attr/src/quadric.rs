@@ -100,7 +100,7 @@ fn outer(v: DVec3) -> [f64; 6] {
 /// One attribute over a triangle: the value at p is gᵀp + d.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gradient {
-    /// In the triangle's plane.
+    /// The gradient in the triangle's plane.
     pub g: DVec3,
     /// The offset.
     pub d: f64,

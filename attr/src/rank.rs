@@ -1,9 +1,9 @@
 //! The first keys of edges in the queue, and the keys that one descent passes on to the next.
 //!
 //! Until they are summed anew, quadrics only grow, so a cost by them is a lower bound of all later
-//! costs of the edge; the exposure that a cost may include can shrink again, but rarely does.
-//! Triangles carry these bounds from one descent to the next, where they are the first keys; a
-//! bound is computed only for an edge that has none yet.
+//! costs of the edge; exposure, and the extra cost where the cheapest placement was illegal, can
+//! shrink again, but rarely do. Triangles carry these bounds from one descent to the next, where
+//! they are the first keys; a bound is computed only for an edge that has none yet.
 
 use rayon::prelude::*;
 

@@ -58,8 +58,8 @@ pub(crate) fn share_out<T: Simplifiable>(all: &mut [T], target: usize) {
     }
 }
 
-/// Does the cheapest step of all surfaces, one at a time, until at most `target` triangles are
-/// left.
+/// Does the cheapest step of all surfaces, one at a time, until at most `target` triangles are left
+/// or no surface has a step.
 fn go_step_by_step<T: Simplifiable>(all: &mut [T], target: usize) {
     let mut total: usize = all.iter().map(T::triangles).sum();
     let can_go = |(cost, _): &(f64, u32)| *cost < f64::INFINITY;

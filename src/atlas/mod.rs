@@ -141,7 +141,7 @@ pub enum LeftAlone {
     /// The asset was read without it.
     #[error("its file is not there")]
     Missing,
-    /// There is no texel to fill.
+    /// Charts cover all of its texels.
     #[error("charts cover all of it")]
     Covered,
 }

@@ -136,7 +136,7 @@ impl Surface {
     }
 }
 
-/// The rotation from frame `b` to frame `a`; `None` where the edge is hard.
+/// The matrix from frame `b` to frame `a`; `None` where the edge is hard.
 fn turn(a: Option<Mat3>, b: Option<Mat3>) -> Option<Mat3> {
     let (a, b) = a.zip(b)?;
     (a.z_axis.dot(b.z_axis) >= HARD_EDGE_COSINE).then(|| a.transpose() * b)

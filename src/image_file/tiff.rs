@@ -76,7 +76,7 @@ impl Frame {
         entry.map(|(_, value)| value.as_bytes().to_vec())
     }
 
-    /// A message: the compression of the file that is written.
+    /// The compression of the file that is written, in words.
     pub(super) fn compression_name(&self) -> &'static str {
         match self.compression {
             Compression::Uncompressed => "without compression",

@@ -140,7 +140,7 @@ fn split_by_tangent(corners: &Corners, tangents: &[[Vec4; 3]]) -> LevelVertices 
 }
 
 impl LevelVertices {
-    /// Reorders triangles and vertices for fast reading.
+    /// Reorders triangles and vertices for vertex caches.
     fn ordered(mut self) -> Self {
         let order = order_for_cache(&mut self.indices, self.wedges.len());
         Self {

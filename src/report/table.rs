@@ -5,7 +5,7 @@ use crate::evaluate::Metrics;
 /// Columns of a table of figures.
 pub(super) const COLUMNS: usize = 12;
 
-/// The heads of the columns, `first` among them.
+/// The column heads, beginning with `first`.
 pub(super) fn header(first: &str) -> [String; COLUMNS] {
     [
         first,

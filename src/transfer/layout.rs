@@ -91,7 +91,7 @@ pub enum SharedReason {
     /// Texels are used in more than one place.
     #[error("{:.0} % of its texels are used in several places", .0 * 100.0)]
     Overlap(f64),
-    /// It can't be laid out anew with the other images that the same triangles use.
+    /// The same triangles read it, or another image that they use too, in several ways.
     #[error("the same triangles read it, or another image with it, in several ways")]
     ConflictingUvs,
 }

@@ -17,7 +17,7 @@ pub(crate) struct Origin<'a> {
     pub(crate) surfaces: &'a [Geometry],
     /// The repair of each image, by which charts are read up to their rims.
     pub(crate) repairs: &'a [ImageRepair],
-    /// The repaired images as files, which levels use where an image is not made anew.
+    /// The images after repair, as files, which levels use where an image is not made anew.
     pub(crate) images: &'a [EncodedImage],
     pub(crate) screen: Screen,
     pub(crate) limit: MemoryLimit,

@@ -35,7 +35,7 @@ pub enum Sizes {
     Budget(u64),
 }
 
-/// The texels per length that a level needs, from its size on screen.
+/// Areas, scales and screen sizes, from which the sizes of images are computed.
 pub(super) struct TexelDensity {
     /// Diagonal of the asset's bounding box in the units of the scene.
     diagonal: f64,

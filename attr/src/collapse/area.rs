@@ -9,9 +9,9 @@ use crate::topology::Topology;
 /// Area that a collapse removes, in the units of the metric.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LostArea {
-    /// Of the whole surface.
+    /// Area lost of the whole surface.
     pub(crate) all: f64,
-    /// As borders recede.
+    /// Area lost as borders recede.
     pub(crate) borders: f64,
 }
 

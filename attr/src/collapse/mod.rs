@@ -111,9 +111,10 @@ impl Plan {
         self.weight
     }
 
-    /// A lower bound of the cost of collapsing the edge between two points: the minimum of their
-    /// quadrics, or the squared length of the edge if that is to order collapses. Doesn't gather
-    /// the triangles around the points where each has one wedge: nothing else is in the sum then.
+    /// A lower bound of the cost of collapsing the edge between two points: the least of their
+    /// quadrics over all placements, or the squared length of the edge if that is to order
+    /// collapses. Doesn't gather the triangles around the points where each has one wedge: nothing
+    /// else is in the sum then.
     pub(crate) fn cost_lower_bound(
         &mut self,
         topology: &Topology,
@@ -304,7 +305,7 @@ impl Plan {
         first.filter(|_| used.next().is_none())
     }
 
-    /// For each wedge that the collapse leaves in use, it and the wedges that became it.
+    /// Pairs of a merged wedge that stays in use and a wedge that became it.
     pub(crate) fn merges(&self) -> impl Iterator<Item = (WedgeId, WedgeId)> + '_ {
         self.wedges
             .iter()

@@ -30,7 +30,7 @@ pub(crate) use steps::REBUILD_SHARE;
 /// of its size: what surrounded them has changed by then.
 const RETRY_SHARE: f64 = 0.9;
 
-/// Why a descent ended before its target.
+/// The reason why a simplification ended before its target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stop {
     /// Every edge left would break the surface or fold its texture.
@@ -60,10 +60,11 @@ impl std::fmt::Display for Stop {
 /// on pop.
 ///
 /// A key is the cost when the item was last evaluated. It stays a lower bound because quadrics only
-/// grow until they are summed anew, and then all edges are queued anew; only the exposure that a
-/// cost may include can shrink, which is rare. So a collapse leaves the keys of its neighbors
-/// alone, and an item that has come to cost more than the next key is queued again when it is
-/// popped. Lengths may shrink, so where they order collapses the edges around each are queued anew.
+/// grow until they are summed anew, and then all edges are queued anew; only exposure, and the
+/// extra cost where the cheapest placement was illegal, can shrink, and rarely do. So a collapse
+/// leaves the keys of its neighbors alone, and an item that has come to cost more than the next key
+/// is queued again when it is popped. Lengths may shrink, so where they order collapses the edges
+/// around each are queued anew.
 pub(crate) struct Descent<'a> {
     source: &'a Mesh,
     layout: Layout,
@@ -73,7 +74,7 @@ pub(crate) struct Descent<'a> {
     groups: Vec<u32>,
     /// Per point: whether it stays as it is.
     locked: Vec<bool>,
-    /// Number of points that are not locked.
+    /// Number of points that were not locked at first.
     free_points: usize,
     /// Packed [`Item`]s.
     queue: Queue,
@@ -153,7 +154,7 @@ impl<'a> Descent<'a> {
         self.guard.is_some()
     }
 
-    /// Number of points that are not locked.
+    /// Number of points that were not locked at first.
     pub(crate) fn free_points(&self) -> usize {
         self.free_points
     }

@@ -76,7 +76,7 @@ pub(crate) struct MeshSteering {
     max_error: Option<f64>,
     max_deviation: Option<f64>,
     max_rotation: f64,
-    /// Limit in the units of the mesh.
+    /// Distance in the units of the mesh.
     join_distance: Option<f64>,
     keep_volume: bool,
     /// One per point, or empty.

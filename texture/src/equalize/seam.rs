@@ -17,8 +17,8 @@ const MOST_LENGTH: f64 = 4e6;
 pub struct Seam {
     /// UVs of the edge's two ends, for each of its two triangles.
     pub sides: [[Vec2; 2]; 2],
-    /// The rotation from the second side's tangent space to the first's, at either end. `None`
-    /// where the shading normals differ, or nobody asked: a normal map is then left as it is.
+    /// The matrix from the second side's tangent space to the first's, at either end. `None` where
+    /// the shading normals differ, or if they are not needed: a normal map is then left as it is.
     pub turns: Option<[Mat3; 2]>,
 }
 
@@ -36,7 +36,7 @@ pub(super) struct Placed {
 pub(super) struct Station {
     /// The texels that either side reads.
     pub(super) taps: [Taps; 2],
-    /// The rotation of the second side's vectors, if they are tangent vectors.
+    /// The matrix that the second side's vectors are multiplied by, if they are tangent vectors.
     pub(super) turn: Option<DMat3>,
     /// The length of seam that the point stands for, in texels.
     pub(super) length: f64,

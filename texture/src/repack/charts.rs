@@ -17,9 +17,10 @@ use super::overlap::Region;
 /// Triangles of a group to be laid out in one piece.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Chart {
-    /// Of all its triangles but for lines.
+    /// The kind of all its triangles but for lines.
     pub(super) kind: Kind,
-    /// In growing order, each one linked to one before it; after a cut merely some order.
+    /// Its triangles in growing order, each one linked to one before it; after a cut merely some
+    /// order.
     pub(super) triangles: Vec<u32>,
 }
 

@@ -53,7 +53,7 @@ fn within(limit: f64) -> Options<'static> {
     Options { max_deviation: Some(limit), ..Options::default() }
 }
 
-/// How far a place is from a mesh.
+/// The distance of a place to a mesh.
 fn off(mesh: &Mesh, place: Vec3) -> f32 {
     let triangles = (0..mesh.triangles.len()).map(|t| mesh.triangle_points(t).map(|p| p.0));
     let surface = Surface::new(&mesh.positions, triangles);
