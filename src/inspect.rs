@@ -91,9 +91,8 @@ pub struct MipReport {
     pub invalid_after: usize,
 }
 
-/// Looks an asset over; decoding one of its images, and all its vertices, may each take as much memory
-/// as `limit`.
-/// `footprint` is what counts as read.
+/// Inspects an asset; decoding one of its images, and all its vertices, may each take as much
+/// memory as `limit`. `footprint` is what counts as read.
 ///
 /// # Errors
 /// [`Error::Invalid`] or [`Error::Unsupported`] with the place in the document.

@@ -53,7 +53,7 @@ impl Progress {
         Self { bars: MultiProgress::new(), file: None, deadline: None }
     }
 
-    /// Nowhere.
+    /// Progress that is not shown.
     pub fn hidden() -> Self {
         let bars = MultiProgress::with_draw_target(ProgressDrawTarget::hidden());
         Self { bars, file: None, deadline: None }

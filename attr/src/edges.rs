@@ -100,7 +100,7 @@ fn wedges_at(mesh: &Mesh, &(points, triangle): &Side) -> [WedgeId; 2] {
     })
 }
 
-/// Counts of what a simplifier stumbles over.
+/// Counts of edges, points, charts and shells, as they limit a simplifier.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Census {
     /// Edges whose two triangles differ in UV, color or group.

@@ -1,4 +1,4 @@
-//! From a mesh to its quadrics in the space that costs are measured in.
+//! The quadrics of a mesh, in the space that costs are measured in.
 
 use std::sync::Arc;
 

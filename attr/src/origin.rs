@@ -186,7 +186,7 @@ impl<'a> Finder<'a> {
         Origin { wedges: foot.wedges.map(|there| self.like(wedge, there)), ..*foot }
     }
 
-    /// Of the wedges of the source at the point of `there`, the one most like a level's wedge: its own
+    /// The wedge of the source at the point of `there` that is most like a level's wedge: its own
     /// source, else one of its group, of the nearest row.
     fn like(&self, wedge: WedgeId, there: WedgeId) -> WedgeId {
         let own = self.level.wedge_sources[wedge];

@@ -57,7 +57,8 @@ pub(crate) fn queue_slack(triangles: usize) -> f64 {
     if is_small(triangles) { 1.0 } else { QUEUE_SLACK }
 }
 
-/// Takes a surface near `target` triangles, and never below, if it is large.
+/// Simplifies a large surface to near `target` triangles, and never below; leaves a small one as it
+/// is.
 pub(crate) fn descend(
     mut region_source: RegionSource<'_>,
     source: &Mesh,
@@ -184,7 +185,7 @@ impl<'a> Cut<'a> {
         high
     }
 
-    /// Every region taken down to a cost, none below a share of its triangles.
+    /// Every region simplified up to a cost, none below a share of its triangles.
     fn descend(&self, limit: f64, least_share: f64) -> Vec<WorkingMesh> {
         let unheard = AtomicUsize::new(0);
         self.in_parallel(&self.regions, |mut descent| {

@@ -27,8 +27,8 @@ pub(crate) trait Simplifiable: Send {
     fn descend_while(&mut self, goes_on: impl FnMut(f64, usize) -> bool);
 }
 
-/// Takes all together to at most `target` triangles, and below that by the last step alone, unless none
-/// can go on. The result is the same at any number of threads.
+/// Simplifies all to at most `target` triangles together, and below that by the last step alone,
+/// unless none can go on. The result is the same at any number of threads.
 pub(crate) fn share_out<T: Simplifiable>(all: &mut [T], target: usize) {
     let mut limit = 0.0f64;
     loop {

@@ -147,7 +147,7 @@ impl Topology {
         self.sole_wedges[point]
     }
 
-    /// Says which wedge is a point's only one, or that there may be more.
+    /// Sets the wedge that is a point's only one, or `None` if there may be more.
     pub(crate) fn set_sole_wedge(&mut self, point: PointId, wedge: Option<WedgeId>) {
         self.sole_wedges[point] = wedge;
     }

@@ -10,7 +10,7 @@ use crate::error::Result;
 /// The counts of texels that filtering inside charts reads.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Reads {
-    /// At each mip level, the image first.
+    /// Counts at each mip level, the image first.
     pub mips: Vec<MipReads>,
     /// The first mip level with a texel made from two charts, whose colors no repair keeps apart.
     pub shared_from: Option<usize>,

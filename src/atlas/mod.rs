@@ -132,7 +132,7 @@ pub enum LeftAlone {
     /// No primitive uses it, not even points or lines.
     #[error("no primitive uses it")]
     NotWorn,
-    /// No chart tells which texels those read.
+    /// Points or lines use it, whose reads no chart bounds.
     #[error("points or lines use it")]
     BeyondCharts,
     /// Charts cover none of its texels: triangles that use it have no UVs, or no area there.

@@ -90,7 +90,8 @@ pub enum Targets {
 pub enum BudgetPer {
     /// Each mesh keeps the same share of its own, and twelve at least if it has them.
     Mesh,
-    /// Each keeps what it costs most to lose, as large and as often as the scene shows it.
+    /// Each keeps the triangles that cost most to lose, as large and as often as the scene shows
+    /// it.
     #[default]
     Scene,
 }

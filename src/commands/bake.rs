@@ -67,7 +67,7 @@ pub(crate) fn bake(args: &BakeArgs, common: Common, progress: &Progress) -> Resu
     Ok(report.failed)
 }
 
-/// Says what became of an input that did not fail. Failures are told together, at the end.
+/// Prints the outcome of an input that did not fail. Failures are printed together, at the end.
 fn tell(job: &Job, done: &Done, single: bool, quiet: bool) {
     let text = match &done.outcome {
         Outcome::Baked(report) => {

@@ -21,7 +21,7 @@ pub(crate) fn say(quiet: bool, text: &str) -> Result<()> {
     }
 }
 
-/// Says what a user may want to mend, unless they want to hear of errors alone.
+/// Prints a warning, unless the user wants errors alone.
 pub(crate) fn warn(quiet: bool, input: &str, warnings: &[String]) {
     for warning in warnings.iter().filter(|_| !quiet) {
         eprintln!("seamwise: warning: {input}: {warning}");

@@ -7,7 +7,7 @@ use seamwise::inspect;
 use super::console::{read_warned, say};
 use crate::cli::{Common, InspectArgs};
 
-/// Looks an asset over.
+/// Inspects an asset.
 pub(crate) fn inspect(args: &InspectArgs, common: Common) -> Result<usize> {
     let found = read_warned(&args.input, &args.reading, common)
         .and_then(|asset| inspect::inspect(&asset, common.memory_limit, args.footprint.resolve()))

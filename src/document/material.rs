@@ -25,7 +25,7 @@ pub struct TextureSlot {
     pub wrap: [Wrap; 2],
     /// The UV set.
     pub uv_set: usize,
-    /// From a vertex's UV to the texture's, after `KHR_texture_transform`.
+    /// The transform from a vertex's UV to the texture's, as `KHR_texture_transform` has it.
     pub transform: Affine2,
     /// Factor on x and y of a normal.
     pub normal_scale: f32,

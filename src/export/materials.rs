@@ -11,7 +11,8 @@ use crate::document::material::slots;
 use crate::error::{Error, Result};
 use crate::level::textures::LevelTextures;
 
-/// Dresses the document's own materials; one entry per material of the source, that which stands for it.
+/// Replaces the textures of the document's own materials. Returns one entry per material of the
+/// source: the one that stands for it.
 pub(crate) fn replace_textures(
     packer: &mut Packer,
     textures: &LevelTextures,

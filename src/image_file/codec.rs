@@ -93,8 +93,8 @@ pub fn encode(image: &DynamicImage, format: ImageFormat) -> Result<EncodedImage>
     encode_with(image, &Metadata::default(), format, EncodeOptions::default())
 }
 
-/// Encodes what an image became, with what else its file holds. A PNG with a palette has one again if
-/// the colors are few enough.
+/// Encodes a changed image with the metadata of its file. A PNG with a palette has one again if the
+/// colors are few enough.
 ///
 /// # Errors
 /// [`Error::Internal`] if the encoder can't take such texels, or the file is damaged.
@@ -121,7 +121,7 @@ pub(crate) fn encode_anew(
     encode_with(image, &metadata, format, encoding)
 }
 
-/// Encodes an image with what else its file is to hold.
+/// Encodes an image with its metadata.
 ///
 /// # Errors
 /// [`Error::Internal`] if the encoder can't take such texels.

@@ -1,4 +1,4 @@
-//! Image files to texels and back, with what else they hold.
+//! Image files to texels and back, with their metadata.
 
 pub mod codec;
 pub mod encoded;

@@ -16,7 +16,7 @@ const UNSIGNED_INT: u32 = 5125;
 pub(super) struct Vertices {
     pub(super) positions: Vec<[f32; 3]>,
     pub(super) normals: Vec<[f32; 3]>,
-    /// Counting downward.
+    /// UVs, v downward.
     pub(super) uvs: Vec<[f32; 2]>,
     /// RGBA in linear light.
     pub(super) colors: Vec<[f32; 4]>,

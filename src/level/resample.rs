@@ -110,7 +110,7 @@ fn motion(part: &Part) -> Vec<&Named> {
     part.carried.iter().filter(|(name, _)| is_motion(name)).collect()
 }
 
-/// An attribute as the vertices have it that the vertex_sources stand for.
+/// An attribute as the source vertices have it that `vertex_sources` stand for.
 pub(crate) fn copy(elements: &Elements, vertex_sources: &[VertexSource<'_>]) -> Elements {
     let bytes = vertex_sources.iter().flat_map(|source| elements.element(source.own));
     Elements { bytes: bytes.copied().collect(), ..*elements }

@@ -36,7 +36,7 @@ struct Kind {
 }
 
 impl Joins {
-    /// Finds what the merged materials of layouts join.
+    /// Finds the parts that the merged materials of layouts join.
     pub(super) fn new(asset: &Asset, surfaces: &[Geometry], layouts: &[UvLayout]) -> Self {
         let none = |surface: &Geometry| vec![None; surface.parts.len()];
         let mut joins =

@@ -79,13 +79,13 @@ pub enum SharedReason {
     /// Its file is not there.
     #[error("it is missing")]
     Missing,
-    /// No chart tells which texels those read.
+    /// Points or lines use it, whose reads no chart bounds.
     #[error("points or lines use it")]
     BeyondCharts,
     /// The triangles that use it lack the UVs, or have more sets of them than levels are made of.
     #[error("what uses it has no UVs for it")]
     NoCharts,
-    /// UVs run over the image again and again.
+    /// UVs repeat the image.
     #[error("its UVs tile")]
     Tiling,
     /// Texels are used in more than one place.

@@ -19,7 +19,7 @@ pub enum NotMerged {
     /// Variants of the asset put another in its place.
     #[error("variants put others in its place")]
     Variants,
-    /// No chart tells which texels those read.
+    /// Points or lines use it, whose reads no chart bounds.
     #[error("points or lines use it")]
     BeyondCharts,
     /// Channels of an animation point to it.
@@ -49,7 +49,7 @@ pub(crate) struct Merging {
 }
 
 impl Merging {
-    /// Finds what can be merged; `slots` has the textures of each material.
+    /// Finds the materials that can be merged; `slots` has the textures of each material.
     pub(crate) fn new(
         asset: &Asset,
         surfaces: &[Geometry],

@@ -1,4 +1,4 @@
-//! Materials that become one, and what is folded into its atlas.
+//! Materials that become one, and the textures and factors that are baked into its atlas.
 //!
 //! An atlas holds textures and factors, texel by texel: base color and alpha, metalness and
 //! roughness, normals, occlusion and emission. A texture t with a factor f reads t·f, in linear light,
@@ -81,7 +81,7 @@ impl MaterialInputs<'_> {
     }
 }
 
-/// The layout and the material of a merge_group.
+/// The layout and the material of a merge group.
 pub(super) fn layout(
     mut json: Value,
     inputs: &[MaterialInputs<'_>],
@@ -121,7 +121,7 @@ pub(super) fn layout(
     }
 }
 
-/// A merge_group in the making.
+/// A merge group in the making.
 struct BakePlan<'a> {
     inputs: &'a [MaterialInputs<'a>],
     /// One per entry of the layout's charts: its input.

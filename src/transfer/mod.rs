@@ -119,7 +119,7 @@ fn distances(sources: &[Source<'_>], meshes: &[&Mesh]) -> Vec<f32> {
     sources.par_iter().zip(meshes).map(|(source, mesh)| source.rms_distance(mesh)).collect()
 }
 
-/// Sizes before a budget is looked at.
+/// Sizes before they are cut to a budget.
 fn first_sizes(
     sheets: &[Sheet<'_>],
     texel_density: &TexelDensity,
@@ -176,7 +176,7 @@ fn relay_all(
     Ok(Some(repacked))
 }
 
-/// Everything that the images of all levels are made from.
+/// The input of all images of all levels.
 struct TextureMaker<'a> {
     origin: &'a Origin<'a>,
     texel_density: TexelDensity,

@@ -35,7 +35,7 @@ impl Plan {
         self.layouts.iter().filter_map(|layout| layout.merge_group.as_ref())
     }
 
-    /// Looks at who uses which image where.
+    /// Plans the transfer from the uses of images.
     pub(crate) fn new(asset: &Asset, surfaces: &[Geometry], atlas: Atlas) -> Result<Self> {
         let mut slots = material_slots(asset)?;
         let mut merging = Merging::default();
@@ -58,7 +58,7 @@ impl Plan {
         Ok(plan)
     }
 
-    /// Each image in the layout that it has.
+    /// A plan with each image in the source's layout.
     fn in_place(uses: Vec<Used>, surfaces: &[Geometry]) -> Self {
         let mut plan = Self::default();
         for (image, used) in uses.into_iter().enumerate() {
@@ -89,7 +89,7 @@ impl Plan {
         }
     }
 
-    /// Images that triangles use together, in one new layout each.
+    /// A plan with a new layout for each set of images that triangles use together.
     fn anew(uses: &[Used]) -> Self {
         let shared = uses.iter().map(|used| used.unfit(|| used.is_tangled())).collect();
         let mut plan = Self { shared, ..Self::default() };

@@ -26,7 +26,7 @@ const PACKED: f64 = 0.6;
 /// Sizes of the images of each level; never larger than the source's.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Sizes {
-    /// As large as it takes where the level is shown.
+    /// As large as needed at the size at which the level is shown.
     #[default]
     Needed,
     /// The side over that of the level before, above 0 and up to 1.

@@ -116,7 +116,7 @@ impl Mips {
         self.levels.len()
     }
 
-    /// MipLevel `level`; 0 is the image itself.
+    /// Mip level `level`; 0 is the image itself.
     ///
     /// # Panics
     /// If there are not as many levels.

@@ -1,4 +1,4 @@
-//! Rasterises UV triangles: which texels does one cover, and where in the triangle do they lie?
+//! Rasterises UV triangles: the texels that one covers, and their barycentrics in it.
 //!
 //! A texel is covered when its centre lies in the triangle or on its outline. Each edge is a
 //! function E(p) = d × (p − a), positive on one side (Pineda, "A parallel algorithm for polygon
@@ -64,7 +64,7 @@ struct Edge {
     start: DVec2,
     along: DVec2,
     sign: f64,
-    /// Added to the function; grows the triangle.
+    /// Added to the function to grow the triangle.
     slack: f64,
 }
 
@@ -101,7 +101,7 @@ pub struct UvTriangle {
     corners: [DVec2; 3],
     /// Edge `i` lies opposite corner `i`.
     edges: [Edge; 3],
-    /// 0, or how far the triangle is grown by what filtering reads.
+    /// The width that the triangle is grown by for what filtering reads, in texels; else 0.
     reach: f64,
 }
 

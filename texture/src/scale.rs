@@ -42,7 +42,7 @@ pub fn scale_down(
     Ok((image, Validity::from_flags(smaller[0], smaller[1], valid)))
 }
 
-/// From one size to another.
+/// A change of an image's size.
 #[derive(Clone, Copy)]
 struct Job<'a> {
     role: Role,

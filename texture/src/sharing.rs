@@ -1,4 +1,4 @@
-//! From which mip level on two charts lie in one texel.
+//! The first mip level at which two charts lie in one texel.
 //!
 //! A texel of a coarse level is made from texels of the image, and sooner or later from those of
 //! several charts. No fill between the charts helps then: their colors mix in what is valid. Up to
@@ -70,7 +70,7 @@ fn connect(uvs: &[Vec2], triangles: &[[u32; 3]]) -> Charts {
     charts
 }
 
-/// For each texel a UV of the chart that covers it, with charts that cover the same one joined;
+/// One per texel: a UV of the chart that covers it, with charts that cover the same one joined;
 /// `None` if that takes too long.
 fn paint(
     size @ [width, height]: [usize; 2],

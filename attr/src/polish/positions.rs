@@ -16,7 +16,7 @@ use crate::shape::{is_worse_sliver, turns};
 const ITERATIONS: usize = 30;
 const TOLERANCE: f64 = 1e-3;
 
-/// A level as the descent left it, and what stays through all rounds.
+/// A level as it was before the polish, and what stays through all rounds.
 pub(super) struct Descended {
     positions: Vec<Vec3>,
     graph: Graph,

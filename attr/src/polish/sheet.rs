@@ -11,11 +11,11 @@ use crate::mesh::Mesh;
 use crate::surface::Surface;
 use crate::triangle::{area_vector, closest_on_triangle};
 
-/// Points whose normals differ by more than this cosine lie on two sheets.
+/// Points whose normals have a cosine below this lie on two sheets.
 const SAME_SIDE: f64 = 0.2;
 /// No neighbor: the edge has not just two triangles.
 const NONE: u32 = u32::MAX;
-/// From one triangle to the next at most so often: a point moves by a fraction of a level's triangle,
+/// The most steps from one triangle to the next: a point moves by a fraction of a level's triangle,
 /// and that may be some triangles of the source.
 const STEPS: usize = 32;
 
@@ -79,7 +79,7 @@ impl<'a> Sheet<'a> {
         (0..self.mesh.triangles.len()).map(|t| self.mesh.triangle_points(t).map(|p| p.0))
     }
 
-    /// This surface, to be searched everywhere.
+    /// This surface as a tree, to be searched everywhere.
     pub(super) fn surface(&self) -> Surface {
         Surface::new(&self.mesh.positions, self.triangles())
     }

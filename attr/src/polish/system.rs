@@ -154,7 +154,7 @@ impl Graph {
         self.neighbor_starts[vertex] as usize..self.neighbor_starts[vertex + 1] as usize
     }
 
-    /// For each vertex the sum over its corners.
+    /// One per vertex: the sum over its corners.
     pub(super) fn sum_corners<V: Unknown>(&self, corners: &[[V; 3]]) -> Vec<V> {
         (0..self.vertices())
             .into_par_iter()

@@ -154,7 +154,7 @@ impl DeviationGuard {
         }
     }
 
-    /// Counts looks; false if none is left.
+    /// Takes tests off the budget; false if none is left.
     fn look(&mut self, count: usize) -> bool {
         self.looks = self.looks.saturating_sub(count);
         self.looks > 0
@@ -377,13 +377,14 @@ impl DeviationGuard {
     }
 }
 
-/// Into how many pieces a triangle's sides are cut.
+/// Number of pieces that a triangle's sides are cut into.
 fn cuts([a, b, c]: [DVec3; 3], spacing: f64, most_a_side: usize) -> usize {
     let longest = [a - b, b - c, c - a].map(DVec3::length).into_iter().fold(0.0, f64::max);
     ((longest / spacing).ceil() as usize).clamp(1, most_a_side)
 }
 
-/// Places of a triangle a `spacing` apart along its sides, but its corners: none if it is smaller.
+/// Places of a triangle a `spacing` apart along its sides, without its corners: none if it is
+/// smaller.
 fn spread([a, b, c]: [DVec3; 3], spacing: f64, most_a_side: usize) -> impl Iterator<Item = DVec3> {
     let n = cuts([a, b, c], spacing, most_a_side);
     let rows = (0..=n).flat_map(move |i| (0..=n - i).map(move |j| [i, j, n - i - j]));

@@ -17,7 +17,7 @@ use crate::topology::Topology;
 /// A point is paired with so many others at most.
 const MAX_PAIRS_PER_POINT: usize = 4;
 
-/// Pairs of points, and what has become of them.
+/// Pairs of points, and the points that they have merged into.
 #[derive(Default)]
 pub(super) struct Pairs {
     pairs: Vec<[PointId; 2]>,

@@ -13,7 +13,7 @@ use crate::image_file::codec::decode;
 use crate::limit::MemoryLimit;
 use crate::surface::geometry::Geometry;
 
-/// Base color and glow of the materials of an asset.
+/// Base color and emission of the materials of an asset.
 pub(super) struct Colors<'a> {
     asset: &'a Asset,
     limit: MemoryLimit,

@@ -13,7 +13,7 @@ pub(super) struct SceneBox {
 }
 
 impl SceneBox {
-    /// Around every mesh, wherever it is shown; one that is not shown counts where it lies.
+    /// The box around every mesh, wherever it is shown; one that is not shown counts where it lies.
     pub(super) fn around(geometries: &[Geometry], worlds: &FxHashMap<usize, Vec<DMat4>>) -> Self {
         let mut own = Self { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
         for geometry in geometries {
@@ -32,7 +32,7 @@ impl SceneBox {
         }
     }
 
-    /// From corner to corner.
+    /// The length from corner to corner, in the units of the scene.
     pub(super) fn diagonal(&self) -> f64 {
         (self.high - self.low).max(DVec3::ZERO).length()
     }

@@ -44,7 +44,7 @@ pub(crate) struct Shared {
 pub(crate) type SharedParts = FxHashMap<(usize, Place), Value>;
 
 impl Shared {
-    /// Finds what levels share with their source.
+    /// Finds the vertices that levels share with their source.
     ///
     /// # Errors
     /// [`Error::Invalid`](crate::error::Error::Invalid) if the document's accessors are malformed.
@@ -236,7 +236,7 @@ struct Part {
     indices: Vec<u32>,
 }
 
-/// Vertices, and who reads them.
+/// Vertices, and the parts that read them.
 struct Pool {
     columns: Columns,
     /// One per level: how many of the first vertices it reads.

@@ -1,4 +1,5 @@
-//! From seams to the least-squares problem: which texels may change, how freely, within what.
+//! The least-squares problem of seams: the texels that may change, how freely, and within which
+//! bounds.
 
 use glam::DVec3;
 use rayon::prelude::*;

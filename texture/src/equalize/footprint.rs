@@ -18,7 +18,7 @@ pub(super) type Taps = Vec<(usize, f64)>;
 pub(super) struct Sampler {
     /// Width and height in texels.
     pub(super) size: [usize; 2],
-    /// Along u and v.
+    /// Wrap modes along u and v.
     pub(super) wrap: [Wrap; 2],
 }
 

@@ -16,14 +16,14 @@ pub(super) struct Board {
     /// Words of a row at one level.
     words: usize,
     levels: usize,
-    /// Row after row, level after level.
+    /// A bit per cell, row after row, level after level.
     bits: Vec<u64>,
     /// One per row: its longest run of free cells.
     longest: Vec<usize>,
 }
 
 impl Board {
-    /// All cells free. Shapes will have `padding` free cells between them.
+    /// A board of free cells. Shapes will have `padding` free cells between them.
     pub(super) fn new(side: usize, padding: usize) -> Self {
         let words = side.div_ceil(64) + MARGIN;
         let levels = side.ilog2() as usize + 1;
@@ -52,7 +52,7 @@ impl Board {
         None
     }
 
-    /// At which of 64 columns a shape fits in a row.
+    /// A bit for each of 64 columns: whether a shape fits there in a row.
     fn free(&self, mask: &Mask, y: usize, first: usize) -> u64 {
         let columns = self.side - mask.size[0] + 1 - first;
         let mut free = if columns >= 64 { !0 } else { (1 << columns) - 1 };
@@ -65,7 +65,7 @@ impl Board {
         free
     }
 
-    /// At which of 64 columns a run meets a taken cell.
+    /// A bit for each of 64 columns: whether a run there meets a taken cell.
     #[inline]
     fn taken(&self, run: &Run, y: usize, first: usize) -> u64 {
         let level = run.length.ilog2();

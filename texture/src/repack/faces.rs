@@ -149,7 +149,7 @@ pub(super) fn rounding(corners: [DVec2; 3]) -> f64 {
     2.0 * f64::from(f32::EPSILON) * largest
 }
 
-/// For each key the number of the first one equal to it.
+/// One per key: the number of the first one equal to it.
 fn first_alike<K: Hash + Eq>(keys: impl Iterator<Item = K>) -> Vec<u32> {
     let mut first = HashMap::with_capacity(keys.size_hint().0);
     (0u32..).zip(keys).map(|(at, key)| *first.entry(key).or_insert(at)).collect()

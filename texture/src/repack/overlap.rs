@@ -19,7 +19,7 @@ pub(super) struct Region {
     cells: Vec<Vec<u32>>,
     members: Vec<[DVec2; 3]>,
     touched: Vec<usize>,
-    /// For each member the last triangle that it was tested against.
+    /// One per member: the last triangle that it was tested against.
     tested: Vec<usize>,
     tests: usize,
 }

@@ -45,7 +45,7 @@ struct Spot {
     turns: u8,
 }
 
-/// All shapes in their places.
+/// The shapes in their places.
 pub(super) struct Packing {
     grid: Grid,
     /// Cells per unit of the shapes.
@@ -58,7 +58,7 @@ pub(super) struct Packing {
 struct Grid {
     /// Texels from the atlas's edge to the first cell.
     border: usize,
-    /// Texels.
+    /// Texels along a cell.
     cell: usize,
     side: usize,
     /// Cells between shapes.
@@ -214,8 +214,8 @@ fn best_spot(board: &Board, turned: &[Mask; 4], squares: &mut Squares) -> Option
     Some(best?.1)
 }
 
-/// For squares of each side, the first row in which one still fits; a shape that holds a square
-/// fits no higher. Rows only fill up, so each is looked at once.
+/// The first row in which a square of each side still fits; a shape that holds a square fits no
+/// higher. Rows only fill up, so each is looked at once.
 #[derive(Default)]
 struct Squares {
     /// One per side, as far as they were needed: a square, and the row where it last fit.

@@ -82,7 +82,7 @@ pub struct Reading<'a> {
     pub picture: Option<&'a Picture>,
     /// The UV set of the mesh.
     pub uv_set: usize,
-    /// From the UV to the image's.
+    /// The transform from the mesh's UV to the image's.
     pub transform: Affine2,
     /// The wrap modes of UVs outside 0…1, for u and v.
     pub wrap: [Wrap; 2],

@@ -57,8 +57,8 @@ impl ShadingMesh<'_> {
         if smooth.length_squared() > 0.0 { smooth } else { self.face_normal(at.triangle) }
     }
 
-    /// From the space of a normal map to that of the mesh: tangent, bitangent and normal, interpolated
-    /// and not made unit, as MikkTSpace asks.
+    /// The matrix from the space of a normal map to that of the mesh: tangent, bitangent and
+    /// normal, interpolated and not made unit, as MikkTSpace asks.
     pub(super) fn frame(&self, at: SurfacePoint) -> Mat3 {
         let normal = self.smooth_normal(at);
         let corners = self.tangents.get(at.triangle).copied().unwrap_or_default();
