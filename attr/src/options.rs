@@ -46,15 +46,15 @@ pub enum Placement {
 /// instead of 4 cost the racquet a quarter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weights {
-    /// On UVs in lengths on the surface.
+    /// Weight of UVs, measured in lengths on the surface.
     pub uv: f64,
-    /// On unit normals, in shares of the mesh's extent.
+    /// Weight of unit normals, in shares of the mesh's extent.
     pub normal: f64,
-    /// On colors in 0…1, in shares of the mesh's extent.
+    /// Weight of colors in 0…1, in shares of the mesh's extent.
     pub color: f64,
-    /// On the planes that hold borders.
+    /// Weight of the planes that hold borders.
     pub border: f64,
-    /// On the planes that hold seams and material boundaries.
+    /// Weight of the planes that hold seams and material boundaries.
     pub seam: f64,
 }
 
