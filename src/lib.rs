@@ -34,6 +34,7 @@
 //! - [`screen`] is the law of sizes: how large a level may be shown.
 //! - [`progress`] tells how far a stage is, and ends what takes too long.
 //! - [`limit`] bounds the memory that an input may ask for.
+//! - [`warning`] tells what was left out, guessed or mended.
 //! - [`error`] tells whose fault it was.
 //!
 //! ```no_run
@@ -67,3 +68,4 @@ pub mod report;
 pub mod screen;
 pub mod surface;
 pub mod transfer;
+pub mod warning;

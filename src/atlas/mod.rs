@@ -278,7 +278,12 @@ mod tests {
             "textures": (0..materials).map(|index| json!({"source": index})).collect::<Vec<_>>(),
             "images": vec![json!({}); materials],
         });
-        Asset { json, buffers: vec![bytes.collect()], images: vec![png; materials] }
+        Asset {
+            json,
+            buffers: vec![bytes.collect()],
+            images: vec![png; materials],
+            ..Asset::default()
+        }
     }
 
     #[test]

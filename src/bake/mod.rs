@@ -157,11 +157,14 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
         options.output.encode(&input.stem(), &documents)
     };
     let files = clock.time("write", |s| &mut s.write, encode)?;
+    let warnings = asset.warnings.clone();
+    warnings.refuse_if(options.reading.strict)?;
     let report = BakeReport {
         schema: 1,
         digest: String::new(),
         files: Vec::new(),
-        input: input_report(input, &asset, &geometries),
+        input: input_report(input, &geometries),
+        warnings,
         screen: options.screen,
         levels: level_reports(&asset, &assembled, &chains, &steering, options, measured.as_ref()),
         meshes: mesh_reports(&asset, &geometries, &chains),

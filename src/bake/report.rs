@@ -12,11 +12,7 @@ use crate::level::{AssetLevel, LevelMesh};
 use crate::report::{FarthestPart, InputReport, LevelReport};
 use crate::surface::geometry::Geometry;
 
-pub(crate) fn input_report(
-    input: Input<'_>,
-    asset: &Asset,
-    geometries: &[Geometry],
-) -> InputReport {
+pub(crate) fn input_report(input: Input<'_>, geometries: &[Geometry]) -> InputReport {
     let meshes = geometries.iter().map(|geometry| &geometry.welded);
     InputReport {
         file: match input {
@@ -28,7 +24,6 @@ pub(crate) fn input_report(
         points: meshes.clone().map(|welded| welded.mesh.positions.len()).sum(),
         wedges: meshes.clone().map(|welded| welded.mesh.wedge_points.len()).sum(),
         degenerate_triangles: meshes.map(|welded| welded.degenerate).sum(),
-        missing_images: asset.missing_images(),
     }
 }
 

@@ -1,6 +1,7 @@
 //! The command line as the user typed it. No work is done here.
 
 mod batch;
+mod common;
 mod output;
 mod outside;
 mod repair;
@@ -13,6 +14,7 @@ use std::time::Duration;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use batch::BatchArgs;
+pub(crate) use common::Common;
 use output::OutputArgs;
 use outside::OutsideArgs;
 use repair::FootprintArgs;
@@ -23,7 +25,6 @@ use seamwise::error::Result;
 use seamwise::evaluate;
 use seamwise::evaluate::scene::Mode;
 use seamwise::import::options::ReadOptions;
-use seamwise::limit::MemoryLimit;
 use seamwise::screen::Screen;
 use seamwise_attr::{Placement, Polish};
 use steering::SteeringArgs;
@@ -42,19 +43,6 @@ pub(crate) struct Cli {
     pub(crate) threads: Option<usize>,
     #[command(flatten)]
     pub(crate) common: Common,
-}
-
-/// Arguments that all subcommands share.
-#[derive(Clone, Copy, Debug, Args)]
-pub(crate) struct Common {
-    /// Say nothing but errors.
-    #[arg(long, short, global = true)]
-    pub(crate) quiet: bool,
-    /// Most memory, as 512MiB or 8GB, that each of these may take: decoding one image; all buffers and
-    /// image files; all decompressed geometry; all vertices, and all of the scene with its instances.
-    /// A small file can claim any size.
-    #[arg(long, global = true, default_value_t, value_name = "SIZE")]
-    pub(crate) memory_limit: MemoryLimit,
 }
 
 /// The jobs.
@@ -163,9 +151,9 @@ pub(crate) struct ReadingArgs {
 impl ReadingArgs {
     /// The options that these arguments give.
     pub(crate) fn resolve(&self, common: Common) -> ReadOptions {
-        let Common { memory_limit, .. } = common;
+        let Common { memory_limit, strict, .. } = common;
         let allow_outside = self.outside.allow_outside;
-        ReadOptions { memory_limit, allow_missing: self.allow_missing, allow_outside }
+        ReadOptions { memory_limit, allow_missing: self.allow_missing, allow_outside, strict }
     }
 }
 

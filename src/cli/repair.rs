@@ -6,10 +6,10 @@ use clap::{Args, ValueEnum};
 
 use seamwise::image_file::codec::EncodeOptions;
 use seamwise::import::options::ReadOptions;
-use seamwise::limit::MemoryLimit;
 use seamwise::repair::options::{Background, MeshOptions, RepairOptions};
 use seamwise_texture::{Footprint, Role, equalize};
 
+use super::common::Common;
 use super::outside::OutsideArgs;
 
 /// `seamwise repair`.
@@ -122,8 +122,9 @@ pub(crate) enum RoleName {
 }
 
 impl RepairArgs {
-    /// The options that these arguments give, with the limit that all jobs share.
-    pub(crate) fn resolve(&self, memory_limit: MemoryLimit) -> RepairOptions {
+    /// The options that these arguments give, with those that all jobs share.
+    pub(crate) fn resolve(&self, common: Common) -> RepairOptions {
+        let Common { memory_limit, strict, .. } = common;
         let allow_outside = self.outside.allow_outside;
         let alone = self.mesh.is_none() && self.mask.is_none();
         let default = if alone { Background::Auto } else { Background::None };
@@ -146,7 +147,7 @@ impl RepairArgs {
             keep_padding: self.keep_padding.into(),
             equalize: self.equalize_seams.then(equalize::Options::default),
             encoding: EncodeOptions { quality: self.quality, png: self.png },
-            reading: ReadOptions { memory_limit, allow_outside, ..ReadOptions::default() },
+            reading: ReadOptions { memory_limit, allow_outside, strict, ..ReadOptions::default() },
         }
     }
 }

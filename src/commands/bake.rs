@@ -10,6 +10,7 @@ use seamwise::batch::{self, Done, Job, Outcome, find_jobs, refuse_collisions};
 use seamwise::export::disk::write_files;
 use seamwise::progress::Progress;
 use seamwise::report::BakeReport;
+use seamwise::warning::Warnings;
 
 use super::console::{say, warn};
 use crate::cli::{BakeArgs, Common};
@@ -32,6 +33,8 @@ struct InputReport {
     /// The reason why it failed, if it did.
     #[serde(skip_serializing_if = "Option::is_none")]
     reason: Option<String>,
+    /// What was left out, guessed or mended.
+    warnings: Warnings,
     seconds: f64,
 }
 
@@ -71,7 +74,7 @@ pub(crate) fn bake(args: &BakeArgs, common: Common, progress: &Progress) -> Resu
 fn tell(job: &Job, done: &Done, single: bool, quiet: bool) {
     let text = match &done.outcome {
         Outcome::Baked(report) => {
-            warn(quiet, &job.input.display().to_string(), &report.input.missing_images);
+            warn(quiet, &job.input, &report.warnings);
             if single { table(&job.input, report) } else { line(job, report, done.seconds) }
         }
         Outcome::Skipped => format!("{}: there already\n", job.input.display()),
@@ -103,11 +106,16 @@ impl BatchReport {
                 Outcome::Skipped => ("skipped", None),
                 Outcome::Failed(error) => ("failed", Some(error.to_string())),
             };
+            let warnings = match &done.outcome {
+                Outcome::Baked(report) => report.warnings.clone(),
+                Outcome::Skipped | Outcome::Failed(_) => Warnings::default(),
+            };
             InputReport {
                 input: job.input.display().to_string(),
                 folder: job.folder.display().to_string(),
                 outcome,
                 reason,
+                warnings,
                 seconds: done.seconds,
             }
         };

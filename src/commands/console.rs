@@ -7,6 +7,7 @@ use anyhow::Result;
 
 use seamwise::document::asset::Asset;
 use seamwise::import::read_with;
+use seamwise::warning::Warnings;
 
 use crate::cli::{Common, ReadingArgs};
 
@@ -21,20 +22,20 @@ pub(crate) fn say(quiet: bool, text: &str) -> Result<()> {
     }
 }
 
-/// Prints a warning, unless the user wants errors alone.
-pub(crate) fn warn(quiet: bool, input: &str, warnings: &[String]) {
+/// Prints warnings, unless the user wants errors alone.
+pub(crate) fn warn(quiet: bool, input: &Path, warnings: &Warnings) {
     for warning in warnings.iter().filter(|_| !quiet) {
-        eprintln!("seamwise: warning: {input}: {warning}");
+        eprintln!("seamwise: warning: {}: {warning}", input.display());
     }
 }
 
-/// Reads an asset, and warns of what is missing.
+/// Reads an asset, and warns of what was left out, guessed or mended.
 pub(crate) fn read_warned(
     path: &Path,
     reading: &ReadingArgs,
     common: Common,
 ) -> seamwise::error::Result<Asset> {
     let asset = read_with(path, reading.resolve(common))?;
-    warn(common.quiet, &path.display().to_string(), &asset.missing_images());
+    warn(common.quiet, path, &asset.warnings);
     Ok(asset)
 }

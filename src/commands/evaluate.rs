@@ -16,6 +16,7 @@ use seamwise::image_file::encoded::ImageFormat;
 use seamwise::report::html::evaluate_page;
 use seamwise::report::pictures::Gallery;
 use seamwise::report::{CandidateReport, EvaluateReport, ReferenceReport, ViewReport};
+use seamwise::warning::Warnings;
 
 use super::console::{read_warned, say};
 use crate::cli::{Common, EvaluateArgs};
@@ -25,7 +26,7 @@ use crate::cli::{Common, EvaluateArgs};
 pub(crate) fn evaluate(args: &EvaluateArgs, common: Common) -> Result<usize> {
     let mut cache = TextureCache::with_limit(common.memory_limit);
     let named = |error| anyhow!("{}: {error}", args.reference.display());
-    let reference = load_reference(args, common, &mut cache).map_err(named)?;
+    let (reference, mut warnings) = load_reference(args, common, &mut cache).map_err(named)?;
     let options = args.resolve();
     let against = Reference::with_mode(&reference, options, args.mode()).map_err(named)?;
     let mut gallery = match &args.report {
@@ -34,7 +35,8 @@ pub(crate) fn evaluate(args: &EvaluateArgs, common: Common) -> Result<usize> {
     };
     let (mut candidates, mut scenes) = (Vec::new(), Vec::new());
     for path in &args.candidates {
-        let compared = load_file(path, args, common, &mut cache).and_then(|scene| {
+        let compared = load_file(path, args, common, &mut cache).and_then(|(scene, own)| {
+            warnings.extend(own);
             let (metrics, views) = against.compare_by_view(&scene)?;
             if let Some(gallery) = &mut gallery {
                 gallery.add(&scene)?;
@@ -61,6 +63,7 @@ pub(crate) fn evaluate(args: &EvaluateArgs, common: Common) -> Result<usize> {
         mode: args.mode(),
         views: ViewReport::of(against.rig()),
         candidates,
+        warnings,
     };
     say(common.quiet, &report.to_table())?;
     let mut files = evaluation_files(args, &report, gallery.as_ref())?;
@@ -99,7 +102,7 @@ fn load_reference(
     args: &EvaluateArgs,
     common: Common,
     cache: &mut TextureCache,
-) -> seamwise::error::Result<Scene> {
+) -> seamwise::error::Result<(Scene, Warnings)> {
     let mut asset = read_warned(&args.reference, &args.reading, common)?;
     if args.clean_reference {
         asset.images = encode_repaired(
@@ -108,7 +111,7 @@ fn load_reference(
             EncodeOptions::default(),
         )?;
     }
-    load(&asset, cache)
+    Ok((load(&asset, cache)?, asset.warnings.in_file(&args.reference)))
 }
 
 fn load_file(
@@ -116,6 +119,7 @@ fn load_file(
     args: &EvaluateArgs,
     common: Common,
     cache: &mut TextureCache,
-) -> seamwise::error::Result<Scene> {
-    load(&read_warned(path, &args.reading, common)?, cache)
+) -> seamwise::error::Result<(Scene, Warnings)> {
+    let asset = read_warned(path, &args.reading, common)?;
+    Ok((load(&asset, cache)?, asset.warnings.in_file(path)))
 }

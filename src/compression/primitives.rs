@@ -281,7 +281,7 @@ mod tests {
                 "meshes": [{"primitives": [primitive.clone(), primitive]}],
             }),
             buffers: vec![stream.to_vec()],
-            images: Vec::new(),
+            ..Asset::default()
         }
     }
 

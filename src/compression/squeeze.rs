@@ -91,7 +91,8 @@ pub(crate) fn squeeze(asset: &Asset) -> Result<Asset> {
     let fallback = json!({"byteLength": decoded, "extensions": {NAME: {"fallback": true}}});
     json["buffers"] = json!([{"byteLength": bytes.len()}, fallback]);
     require_extension(&mut json, NAME);
-    Ok(Asset { json, buffers: vec![bytes, Vec::new()], images: asset.images.clone() })
+    let images = asset.images.clone();
+    Ok(Asset { json, buffers: vec![bytes, Vec::new()], images, ..Asset::default() })
 }
 
 /// One per view: what its accessors hold.
@@ -242,7 +243,7 @@ mod tests {
                 "buffers": [{"byteLength": bytes.len()}],
             }),
             buffers: vec![bytes],
-            images: Vec::new(),
+            ..Asset::default()
         }
     }
 

@@ -122,7 +122,7 @@ mod tests {
                 "extensionsUsed": [name], "extensionsRequired": [name],
             }),
             buffers: vec![[&[7], stream].concat(), Vec::new()],
-            images: Vec::new(),
+            ..Asset::default()
         }
     }
 

@@ -300,7 +300,7 @@ mod tests {
         Asset {
             json: json!({"accessors": [accessor], "bufferViews": views}),
             buffers: vec![bytes.to_vec()],
-            images: Vec::new(),
+            ..Asset::default()
         }
     }
 

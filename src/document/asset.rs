@@ -10,9 +10,10 @@ use serde_json::Value;
 
 use crate::error::{Error, Result};
 use crate::image_file::encoded::EncodedImage;
+use crate::warning::Warnings;
 
 /// A glTF asset in memory.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Asset {
     /// The document.
     pub json: Value,
@@ -20,6 +21,8 @@ pub struct Asset {
     pub buffers: Vec<Vec<u8>>,
     /// One per image of the document.
     pub images: Vec<EncodedImage>,
+    /// What was left out, guessed or mended when it was read.
+    pub warnings: Warnings,
 }
 
 impl Asset {
@@ -62,15 +65,18 @@ impl Asset {
         }
     }
 
-    /// Every image whose file was not there when the asset was read: its place and the file's name.
-    pub fn missing_images(&self) -> Vec<String> {
+    /// Warns of every image whose file was not there.
+    pub(crate) fn warn_of_missing_images(&mut self) {
         let missing = self.images.iter().enumerate().filter(|(_, image)| image.is_missing());
-        let name = |(index, _)| {
+        for (index, _) in missing {
             let at = format!("/images/{index}/uri");
             let uri = self.json.pointer(&at).and_then(Value::as_str).unwrap_or_default();
-            format!("{at}: {uri} is not there")
-        };
-        missing.map(name).collect()
+            let what = format!(
+                "{} is not there: it is taken for white, or flat in a normal map; put it there",
+                uri.chars().take(200).collect::<String>()
+            );
+            self.warnings.add(at, what);
+        }
     }
 
     /// The bytes of a buffer view.
@@ -108,7 +114,7 @@ mod tests {
                 {"buffer": 3, "byteLength": 2},
             ]}),
             buffers: vec![vec![0, 1, 2, 3]],
-            images: Vec::new(),
+            ..Asset::default()
         };
         assert_eq!(asset.view(0).unwrap().0, [2, 3]);
         for view in 1..4 {

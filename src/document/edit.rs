@@ -297,6 +297,7 @@ mod tests {
             }),
             buffers: vec![vec![1, 2, 3, 4]],
             images: vec![EncodedImage { bytes: vec![9].into(), format: ImageFormat::Png }],
+            ..Asset::default()
         }
     }
 

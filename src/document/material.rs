@@ -261,7 +261,7 @@ mod tests {
                 "images": [{}, {}],
             }),
             buffers: Vec::new(),
-            images: Vec::new(),
+            ..Asset::default()
         }
     }
 

@@ -202,7 +202,7 @@ mod tests {
                 "bufferViews": [{"buffer": 0, "byteLength": indices.len()}],
             }),
             buffers: vec![indices.to_vec()],
-            images: Vec::new(),
+            ..Asset::default()
         };
         Primitive::of_mesh(&asset, 0)?[0].triangles(&asset, 5)
     }

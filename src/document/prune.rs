@@ -158,6 +158,7 @@ mod tests {
             }),
             buffers: vec![vec![0; 3]],
             images: (0..4).map(image).collect(),
+            ..Asset::default()
         }
     }
 

@@ -325,7 +325,7 @@ mod tests {
                 "bufferViews": [{"buffer": 0, "byteLength": 36}],
             }),
             buffers: vec![corners.iter().flat_map(|x| x.to_le_bytes()).collect()],
-            images: Vec::new(),
+            ..Asset::default()
         }
     }
 

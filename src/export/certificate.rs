@@ -87,7 +87,7 @@ mod tests {
         let mut asset = Asset {
             json: json!({"asset": {"version": "2.0", "extras": {"author": "somebody"}}}),
             buffers: Vec::new(),
-            images: Vec::new(),
+            ..Asset::default()
         };
         certify(&mut asset, certificate(2, &metrics(1e-3), 500, &Screen::default()));
         let extras = &asset.json["asset"]["extras"];

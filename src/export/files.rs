@@ -183,6 +183,7 @@ mod tests {
             json: json!({"images": images.iter().map(|own| own.0.clone()).collect::<Vec<_>>()}),
             buffers: Vec::new(),
             images: images.iter().map(|own| image(own.1)).collect(),
+            ..Asset::default()
         }
     }
 

@@ -93,10 +93,11 @@ pub(crate) fn join_buffers(asset: &Asset, beside: Option<&[String]>) -> Result<A
     match_formats(&mut json, &asset.images);
     if bytes.is_empty() {
         json.as_object_mut().map(|document| document.shift_remove("buffers"));
-        return Ok(Asset { json, buffers: Vec::new(), images: asset.images.clone() });
+        return Ok(Asset { json, images: asset.images.clone(), ..Asset::default() });
     }
     json["buffers"] = json!([{"byteLength": bytes.len()}]);
-    Ok(Asset { json, buffers: vec![bytes], images: asset.images.clone() })
+    let images = asset.images.clone();
+    Ok(Asset { json, buffers: vec![bytes], images, ..Asset::default() })
 }
 
 #[cfg(test)]
@@ -112,7 +113,7 @@ mod tests {
             "bufferViews": [{"buffer": 0, "byteOffset": 0, "byteLength": 5}],
         });
         let asset =
-            Asset { json: json.clone(), buffers: vec![vec![1, 2, 3, 4, 5]], images: Vec::new() };
+            Asset { json: json.clone(), buffers: vec![vec![1, 2, 3, 4, 5]], ..Asset::default() };
         let glb = to_glb(&asset).unwrap();
         assert_eq!(glb.len() as u32, u32::from_le_bytes(glb[8..12].try_into().unwrap()));
         let back = crate::import::read_bytes(&glb, Path::new("")).unwrap();

@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 
 use crate::document::asset::Asset;
 use crate::image_file::encoded::EncodedImage;
+use crate::warning::Warnings;
 
 /// glTF's number for a 32-bit float.
 const FLOAT: u32 = 5126;
@@ -37,6 +38,7 @@ pub(super) struct Document {
     json: Value,
     bytes: Vec<u8>,
     images: Vec<EncodedImage>,
+    pub(super) warnings: Warnings,
     /// The material of what has none.
     plain: Option<usize>,
 }
@@ -44,7 +46,13 @@ pub(super) struct Document {
 impl Document {
     pub(super) fn new() -> Self {
         let json = json!({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": []}]});
-        Self { json, bytes: Vec::new(), images: Vec::new(), plain: None }
+        Self {
+            json,
+            bytes: Vec::new(),
+            images: Vec::new(),
+            warnings: Warnings::default(),
+            plain: None,
+        }
     }
 
     /// Appends an object to a list and tells its index.
@@ -89,7 +97,12 @@ impl Document {
 
     pub(super) fn into_asset(mut self) -> Asset {
         self.add("buffers", json!({"byteLength": self.bytes.len()}));
-        Asset { json: self.json, buffers: vec![self.bytes], images: self.images }
+        Asset {
+            json: self.json,
+            buffers: vec![self.bytes],
+            images: self.images,
+            warnings: self.warnings,
+        }
     }
 
     fn primitive(&mut self, part: &Part) -> Value {

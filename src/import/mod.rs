@@ -73,10 +73,13 @@ pub fn read_with(path: &Path, options: ReadOptions) -> Result<Asset> {
 /// # Errors
 /// As [`read`].
 pub fn read_bytes_of(bytes: &[u8], path: &Path, options: ReadOptions) -> Result<Asset> {
-    match Format::of(path) {
-        Some(format) => format.read(bytes, folder_of(path), options),
-        None => read_bytes_with(bytes, folder_of(path), options),
-    }
+    let Some(format) = Format::of(path) else {
+        return read_bytes_with(bytes, folder_of(path), options);
+    };
+    let mut asset = format.read(bytes, folder_of(path), options)?;
+    asset.warn_of_missing_images();
+    asset.warnings.refuse_if(options.strict)?;
+    Ok(asset)
 }
 
 /// Reads an asset without its images, so that they may be missing or of any kind.
@@ -84,11 +87,16 @@ pub fn read_bytes_of(bytes: &[u8], path: &Path, options: ReadOptions) -> Result<
 /// # Errors
 /// As [`read`].
 pub fn read_geometry(path: &Path, options: ReadOptions) -> Result<Asset> {
-    if Format::of(path).is_some() {
-        return read_with(path, ReadOptions { allow_missing: true, ..options });
-    }
     let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
-    read_document(&bytes, folder_of(path), options)
+    let asset = match Format::of(path) {
+        Some(format) => {
+            let options = ReadOptions { allow_missing: true, ..options };
+            format.read(&bytes, folder_of(path), options)?
+        }
+        None => read_document(&bytes, folder_of(path), options)?,
+    };
+    asset.warnings.refuse_if(options.strict)?;
+    Ok(asset)
 }
 
 /// Reads an asset from the bytes of a .gltf or .glb; `folder` is where its other files are.
@@ -112,6 +120,8 @@ pub fn read_bytes_with(bytes: &[u8], folder: &Path, options: ReadOptions) -> Res
         budget.take("all image files", image.bytes.len() as u64).map_err(fault)?;
         asset.images.push(image);
     }
+    asset.warn_of_missing_images();
+    asset.warnings.refuse_if(options.strict)?;
     Ok(asset)
 }
 
@@ -121,7 +131,7 @@ fn read_document(bytes: &[u8], folder: &Path, options: ReadOptions) -> Result<As
     check_version(&json)?;
     check_shape(&json)?;
     check_extensions(&json)?;
-    let mut asset = Asset { json, buffers: Vec::new(), images: Vec::new() };
+    let mut asset = Asset { json, ..Asset::default() };
     let mut budget = Budget::of(options.memory_limit);
     for index in 0..asset.count("buffers") {
         let buffer = read_buffer(&asset, index, chunk.as_deref(), options.uri_policy(folder))?;
@@ -328,7 +338,11 @@ mod tests {
         let options = ReadOptions { allow_missing: true, ..ReadOptions::default() };
         let json = r#"{"asset": {"version": "2.0"}, "images": [{"uri": "not%20there.png"}]}"#;
         let asset = read_bytes_with(json.as_bytes(), Path::new(""), options).unwrap();
-        assert_eq!(asset.missing_images(), ["/images/0/uri: not%20there.png is not there"]);
+        let said: Vec<String> = asset.warnings.iter().map(ToString::to_string).collect();
+        assert!(said[0].starts_with("/images/0/uri: not%20there.png is not there"), "{said:?}");
+        let strict = ReadOptions { strict: true, ..options };
+        let error = read_bytes_with(json.as_bytes(), Path::new(""), strict).unwrap_err();
+        assert!(error.to_string().contains("--strict"), "{error}");
         let json =
             json.replace("images", "buffers").replace("\"uri\"", "\"byteLength\": 1, \"uri\"");
         let error = read_bytes_with(json.as_bytes(), Path::new(""), options).unwrap_err();

@@ -10,13 +10,15 @@ use crate::limit::MemoryLimit;
 pub struct ReadOptions {
     /// Most memory that all buffers may take, all image files, and all geometry that is decompressed.
     pub memory_limit: MemoryLimit,
-    /// Whether image files may be missing; see [`Asset::missing_images`].
-    ///
-    /// [`Asset::missing_images`]: crate::document::asset::Asset::missing_images
+    /// Whether image files may be missing, which is then a warning.
     pub allow_missing: bool,
     /// Whether the asset may name files outside its folder. Names are judged as they are written: a
     /// link in the folder is followed wherever it leads.
     pub allow_outside: bool,
+    /// Whether a warning is an error; see [`Warnings::refuse_if`].
+    ///
+    /// [`Warnings::refuse_if`]: crate::warning::Warnings::refuse_if
+    pub strict: bool,
 }
 
 impl ReadOptions {

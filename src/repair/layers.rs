@@ -48,7 +48,7 @@ impl Job<'_> {
             Error::invalid(self.input.display().to_string(), what)
         };
         let file = encode(image).map_err(unwritable)?;
-        Ok((file, RepairReport { images }))
+        Ok((file, RepairReport { images, warnings: sources.warnings }))
     }
 
     /// Repairs a layer; `told` becomes true if something tells which of its texels are valid.

@@ -114,11 +114,13 @@ pub fn repair_bytes(
     options: &RepairOptions,
 ) -> Result<(Vec<u8>, RepairReport)> {
     let job = Job { input, output, options };
-    match Kind::of(input, bytes)? {
+    let (file, report) = match Kind::of(input, bytes)? {
         Kind::Asset => job.asset(bytes),
         Kind::Exr => job.exr(bytes),
         Kind::Picture(format) => job.picture(bytes, format),
-    }
+    }?;
+    report.warnings.refuse_if(options.reading.strict).map_err(|error| error.in_file(input))?;
+    Ok((file, report))
 }
 
 fn is_named(path: &Path, extensions: &[&str]) -> bool {
@@ -170,8 +172,9 @@ impl Job<'_> {
                 Ok(report)
             });
             let report = report.collect::<Result<_>>()?;
+            let warnings = asset.warnings.clone();
             let glb = to_glb(&Asset { images, ..asset })?;
-            Ok((glb, RepairReport { images: report }))
+            Ok((glb, RepairReport { images: report, warnings }))
         };
         run().map_err(|error: Error| error.in_file(self.input))
     }

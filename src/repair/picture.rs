@@ -68,7 +68,7 @@ impl Job<'_> {
         report.notes.extend(padding_note(padding));
         report.diff = self.diff(&picture.texels, &validity)?;
         report.add_outcome(&validity, outcome, reads);
-        Ok((file, RepairReport { images: vec![report] }))
+        Ok((file, RepairReport { images: vec![report], warnings: sources.warnings }))
     }
 
     /// Checks that a mesh tells the seams if they are to be equalized.

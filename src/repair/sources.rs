@@ -19,37 +19,46 @@ use crate::image_file::picture::Picture;
 use crate::import::options::ReadOptions;
 use crate::import::read_geometry;
 use crate::surface::geometry::check_size;
+use crate::warning::Warnings;
 
 /// The mesh, the mask and the background, read.
 pub(super) struct Sources {
-    charts: Option<Charts>,
-    /// Of the mesh, if they are to be equalized.
-    seams: Vec<Seam>,
+    mesh: Option<MeshSource>,
     mask: Option<(PathBuf, Validity)>,
     background: Background,
+    /// Of all files.
+    pub(super) warnings: Warnings,
+}
+
+/// A mesh that wears the picture.
+struct MeshSource {
+    charts: Charts,
+    /// If they are to be equalized.
+    seams: Vec<Seam>,
+    warnings: Warnings,
 }
 
 impl Sources {
     /// Reads the files that the options name.
     pub(super) fn read(options: &RepairOptions) -> Result<Self> {
-        let charts = options.mesh.as_ref().map(|mesh| {
+        let mesh = options.mesh.as_ref().map(|mesh| {
             let vectors = options.role == Some(Role::Normal);
             let equalize = options.equalize.map(|_| vectors);
-            read_charts(mesh, equalize, options.reading).map_err(|error| error.in_file(&mesh.file))
+            MeshSource::read(mesh, equalize, options.reading)
+                .map_err(|error| error.in_file(&mesh.file))
         });
-        let (charts, seams) = charts.transpose()?.unzip();
         let mask = options.mask.as_ref().map(|path| {
             let luma = Picture::read(path, options.reading.memory_limit)?.texels.to_luma32f();
             let [width, height] = [luma.width() as usize, luma.height() as usize];
             let plane = Plane::from_vec(width, height, 1, luma.into_raw());
             Ok::<_, Error>((path.clone(), Validity::from_mask(&plane)))
         });
-        Ok(Self {
-            charts,
-            seams: seams.unwrap_or_default(),
-            mask: mask.transpose()?,
-            background: options.background,
-        })
+        let mask = mask.transpose()?;
+        let background = options.background;
+        let mut mesh = mesh.transpose()?;
+        let warnings = mesh.as_mut().map(|mesh| std::mem::take(&mut mesh.warnings));
+        let warnings = warnings.unwrap_or_default();
+        Ok(Self { mesh, mask, background, warnings })
     }
 
     /// The texels of a picture of `width` × `height` that pass all tests; `None` if there is no
@@ -70,7 +79,7 @@ impl Sources {
             }
             tests.push(mask.clone());
         }
-        if let Some(Charts { uvs, triangles }) = &self.charts {
+        if let Some(MeshSource { charts: Charts { uvs, triangles }, .. }) = &self.mesh {
             tests.push(Validity::from_charts(width, height, WRAP, uvs, triangles));
         }
         let color = match self.background {
@@ -89,42 +98,43 @@ impl Sources {
 
     /// The mesh's seams and how to equalize them, if that is asked for.
     pub(super) fn seams(&self, options: &RepairOptions) -> Option<(&[Seam], equalize::Options)> {
-        Some((&self.seams, options.equalize?))
+        Some((self.mesh.as_ref().map_or(&[], |mesh| &mesh.seams), options.equalize?))
     }
 
     /// What filtering inside the mesh's charts reads; nothing without a mesh.
     pub(super) fn reads(&self, validity: &Validity, footprint: Footprint) -> Reads {
-        let count = |charts: &Charts| charts.reads(validity, WRAP, footprint);
-        self.charts.as_ref().map_or(Reads::default(), count)
+        let count = |mesh: &MeshSource| mesh.charts.reads(validity, WRAP, footprint);
+        self.mesh.as_ref().map_or(Reads::default(), count)
     }
 }
 
-/// The charts of all triangle primitives that have the UV set, and their seams if `equalize`, which
-/// then tells whether they are those of a normal map.
-fn read_charts(
-    options: &MeshOptions,
-    equalize: Option<bool>,
-    reading: ReadOptions,
-) -> Result<(Charts, Vec<Seam>)> {
-    let asset = read_geometry(&options.file, reading)?;
-    check_size(&asset, reading.memory_limit)?;
-    let mut charts = Charts::default();
-    let mut seams = Vec::new();
-    for mesh in chosen_meshes(&asset, options.name.as_deref())? {
-        let mut surface = Surface::default();
-        for primitive in Primitive::of_mesh(&asset, mesh)?.iter().filter(|p| p.is_surface()) {
-            if let Some(vectors) = equalize {
-                surface.add(&asset, primitive, options.uv_set, Affine2::IDENTITY, vectors)?;
+impl MeshSource {
+    /// Reads the charts of all triangle primitives that have the UV set, and their seams if
+    /// `equalize`, which then tells whether they are those of a normal map.
+    fn read(options: &MeshOptions, equalize: Option<bool>, reading: ReadOptions) -> Result<Self> {
+        let asset = read_geometry(&options.file, reading)?;
+        check_size(&asset, reading.memory_limit)?;
+        let mut charts = Charts::default();
+        let mut seams = Vec::new();
+        for mesh in chosen_meshes(&asset, options.name.as_deref())? {
+            let mut surface = Surface::default();
+            for primitive in Primitive::of_mesh(&asset, mesh)?.iter().filter(|p| p.is_surface()) {
+                if let Some(vectors) = equalize {
+                    surface.add(&asset, primitive, options.uv_set, Affine2::IDENTITY, vectors)?;
+                }
+                let own = Charts::read(&asset, primitive, options.uv_set, Affine2::IDENTITY)?;
+                own.into_iter().for_each(|own| charts.append(own));
             }
-            let own = Charts::read(&asset, primitive, options.uv_set, Affine2::IDENTITY)?;
-            own.into_iter().for_each(|own| charts.append(own));
+            seams.extend(surface.seams());
         }
-        seams.extend(surface.seams());
+        if charts.triangles.is_empty() {
+            return Err(Error::Options {
+                what: format!("no triangle has UV set {}", options.uv_set),
+            });
+        }
+        let warnings = asset.warnings.in_file(&options.file);
+        Ok(Self { charts, seams, warnings })
     }
-    if charts.triangles.is_empty() {
-        return Err(Error::Options { what: format!("no triangle has UV set {}", options.uv_set) });
-    }
-    Ok((charts, seams))
 }
 
 /// The meshes of that name, or that nodes of that name use; all if there is none.
@@ -162,7 +172,7 @@ mod tests {
                 "nodes": [{"mesh": 2, "name": "b"}, {"name": "a"}],
             }),
             buffers: Vec::new(),
-            images: Vec::new(),
+            ..Asset::default()
         };
         let chosen = |name| chosen_meshes(&asset, name);
         assert_eq!(chosen(None).unwrap(), [0, 1, 2]);
@@ -176,8 +186,12 @@ mod tests {
         let luma = |x, y| image::Luma([if x < 4 { 0 } else { (16 * y + x) as u8 }]);
         let black = DynamicImage::ImageLuma8(image::GrayImage::from_fn(16, 8, luma));
         let mask = Validity::from_flags(16, 8, (0..128).map(|texel| texel % 16 < 10).collect());
-        let mut sources =
-            Sources { charts: None, seams: Vec::new(), mask: None, background: Background::Auto };
+        let mut sources = Sources {
+            mesh: None,
+            mask: None,
+            background: Background::Auto,
+            warnings: Warnings::default(),
+        };
         let valid = |sources: &Sources| {
             let validity = sources.validity([16, 8], Some(&black), 0.0).unwrap();
             validity.map(|validity| validity.valid())

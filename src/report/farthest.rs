@@ -75,7 +75,7 @@ mod tests {
     #[test]
     fn a_level_that_is_far_off_is_warned_of_with_the_part_and_the_place() {
         let json = json!({"meshes": [{}, {"name": "hull"}], "materials": [{"name": "paint"}]});
-        let asset = Asset { json, buffers: Vec::new(), images: Vec::new() };
+        let asset = Asset { json, ..Asset::default() };
         let place = [1.0, -0.5, 0.0];
         let part = |mesh, material| FarthestPart::new(&asset, Part { mesh, material }, place);
         let metrics = Metrics { distance_max: 0.0314, ..Metrics::default() };

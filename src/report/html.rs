@@ -18,6 +18,7 @@ use crate::error::{Error, Result};
 use crate::evaluate::Metrics;
 use crate::evaluate::heat::{WHITE, heat_color};
 use crate::evaluate::scene::Mode;
+use crate::warning::Warnings;
 
 /// Additions to the page of a bake beyond its report.
 #[derive(Default)]
@@ -40,6 +41,7 @@ struct Page<'a> {
     version: &'static str,
     header: [String; COLUMNS],
     rows: Vec<Row>,
+    warnings: Vec<String>,
     notes: Vec<String>,
     charts: Vec<Chart>,
     columns: Vec<Column<'a>>,
@@ -129,6 +131,7 @@ pub fn bake_page(report: &BakeReport, extras: &Extras) -> Result<String> {
         ],
         rows: report.rows().into_iter().map(|cells| Row::new(cells, None)).collect(),
         header: header("level"),
+        warnings: lines(&report.warnings),
         notes: [report.misses(), report.far_off()].concat(),
         charts: charts(&measured),
         atlases: extras.atlases.shown.iter().map(atlas_block).collect(),
@@ -182,6 +185,7 @@ pub fn evaluate_page(report: &EvaluateReport, gallery: &Gallery) -> Result<Strin
         facts,
         rows: report.rows().into_iter().zip(&short).zip(own_colors).map(row).collect(),
         header: header("file"),
+        warnings: lines(&report.warnings),
         notes: report.complaints(),
         charts: charts(&charted),
         ..Page::of(Some(gallery), names)
@@ -219,6 +223,7 @@ impl<'a> Page<'a> {
             version: env!("CARGO_PKG_VERSION"),
             header: header(""),
             rows: Vec::new(),
+            warnings: Vec::new(),
             notes: Vec::new(),
             charts: Vec::new(),
             columns: columns.collect(),
@@ -232,6 +237,10 @@ impl<'a> Page<'a> {
             threads: Vec::new(),
         }
     }
+}
+
+fn lines(warnings: &Warnings) -> Vec<String> {
+    warnings.iter().map(ToString::to_string).collect()
 }
 
 fn counted(count: usize, what: &str) -> String {
@@ -355,6 +364,7 @@ mod tests {
             mode: Mode::Lit,
             views: Vec::new(),
             candidates: candidates.iter().map(candidate).collect(),
+            warnings: Warnings::default(),
         };
         evaluate_page(&report, &gallery).unwrap()
     }

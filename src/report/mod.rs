@@ -21,6 +21,7 @@ use crate::evaluate::scene::Mode;
 use crate::evaluate::{Metrics, ViewMetrics};
 use crate::screen::Screen;
 use crate::transfer::MaterialTextures;
+use crate::warning::Warnings;
 use meshes::mesh_table;
 use table::{COLUMNS, header, row};
 
@@ -41,6 +42,8 @@ pub struct BakeReport {
     pub files: Vec<String>,
     /// The source.
     pub input: InputReport,
+    /// What was left out, guessed or mended.
+    pub warnings: Warnings,
     /// The screen that the sizes of the levels are computed for.
     pub screen: Screen,
     /// The levels, the finest first.
@@ -72,9 +75,6 @@ pub struct InputReport {
     pub wedges: usize,
     /// Triangles left out because two of their corners are one point.
     pub degenerate_triangles: usize,
-    /// Images whose files were not there, if that was tolerated.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub missing_images: Vec<String>,
 }
 
 /// One level.
@@ -229,6 +229,8 @@ pub struct EvaluateReport {
     pub views: Vec<ViewReport>,
     /// The candidates, in the order they were given.
     pub candidates: Vec<CandidateReport>,
+    /// What was left out, guessed or mended in all of them, with the file.
+    pub warnings: Warnings,
 }
 
 /// The reference of an evaluation.

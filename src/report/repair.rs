@@ -8,12 +8,15 @@ use serde_json::{Value, json};
 
 use super::table::align;
 use crate::atlas::charts::Reads;
+use crate::warning::Warnings;
 
 /// The report of a repair, for each image of a file.
 #[derive(Clone, Debug)]
 pub struct RepairReport {
     /// The images of an asset or the layers of an EXR in their order, or the one picture.
     pub images: Vec<ImageReport>,
+    /// What was left out, guessed or mended.
+    pub warnings: Warnings,
 }
 
 /// The report of the repair of an image.
@@ -139,7 +142,7 @@ impl RepairReport {
     /// The report for programs.
     pub fn to_json(&self) -> String {
         let images: Vec<Value> = self.images.iter().map(to_json).collect();
-        format!("{:#}\n", json!({"schema": 1, "images": images}))
+        format!("{:#}\n", json!({"schema": 1, "images": images, "warnings": self.warnings}))
     }
 
     /// The lines about reads: one for all images that lie in the same charts.
@@ -222,7 +225,7 @@ mod tests {
         };
         let image =
             ImageReport { name: "a".into(), equalized: Some(equalized), ..ImageReport::default() };
-        let report = RepairReport { images: vec![image] };
+        let report = RepairReport { images: vec![image], warnings: Warnings::default() };
         let line = "a: 40.00 30.00 20.00 10.00 → 1.00 1.00 1.00 1.00; 9 texels changed, 4 of them \
                     in charts, by 500.0 at most\n";
         assert!(report.to_table().ends_with(line), "{}", report.to_table());
@@ -245,6 +248,6 @@ mod tests {
         let shared = "charts share texels from mip 1 on";
         let expected =
             format!("a and 1 more: 1/2 1/1 → 0 0; {shared}\nb: 1/2 1/1 → 1 1; {shared}\n");
-        assert_eq!(RepairReport { images }.reads(), expected);
+        assert_eq!(RepairReport { images, warnings: Warnings::default() }.reads(), expected);
     }
 }

@@ -142,7 +142,7 @@ mod tests {
                 {"buffer": 0, "byteOffset": indices, "byteLength": 6}],
             "buffers": [{"byteLength": bytes.len()}],
         });
-        Asset { json, buffers: vec![bytes], images: Vec::new() }
+        Asset { json, buffers: vec![bytes], ..Asset::default() }
     }
 
     fn meshes(nodes: &Value) -> Vec<Vec<usize>> {

@@ -147,12 +147,16 @@ fn a_missing_texture_is_a_warning_if_that_is_asked_for_and_stays_named() {
         (output.status.success(), String::from_utf8_lossy(&output.stderr).into_owned())
     };
     let [input, out] = [&input, &out].map(|path| path.to_str().expect("a name"));
-    let bake = ["bake", input, "-o", out, "--levels", "1", "--no-evaluate"];
+    let bake = ["bake", input, "-o", out, "--levels", "1", "--no-evaluate", "--report"];
     let few = ["--views", "1", "--resolution", "64", "--samples", "1000"];
     let evaluate = [&["evaluate", input, input], &few[..]].concat();
-    for job in [&bake[..], &["inspect", input], &evaluate] {
+    for job in [&["inspect", input][..], &evaluate, &bake] {
         let (well, said) = run(job);
         assert!(!well && said.contains("gone.jpg") && said.contains("/images/0/uri"), "{said}");
+        let (well, said) = run(&[job, &["--allow-missing", "--strict"]].concat());
+        assert!(!well && said.contains("gone.jpg") && said.contains("--strict"), "{said}");
+        assert!(said.contains("/images/0/uri") && said.contains("sphere.gltf"), "{said}");
+        assert!(!Path::new(out).exists(), "nothing is written");
         let (well, said) = run(&[job, &["--allow-missing"]].concat());
         assert!(
             well && said.contains("warning") && said.contains("textures/gone too.png"),
@@ -164,7 +168,10 @@ fn a_missing_texture_is_a_warning_if_that_is_asked_for_and_stays_named() {
     assert_eq!(level.json["images"], build.json["images"]);
     let report = std::fs::read_to_string(Path::new(out).join("sphere.json")).expect("a report");
     let report: serde_json::Value = serde_json::from_str(&report).expect("JSON");
-    assert_eq!(report["input"]["missing_images"].as_array().map(Vec::len), Some(2));
+    let places = |index: usize| report["warnings"][index]["at"].as_str();
+    assert_eq!([places(0), places(1)], [Some("/images/0/uri"), Some("/images/1/uri")]);
+    let page = std::fs::read_to_string(Path::new(out).join("sphere.html")).expect("a page");
+    assert!(page.contains("<strong>Warning</strong> /images/1/uri: textures/gone too.png"));
 }
 
 #[test]

@@ -49,6 +49,7 @@ fn error(path: &Path) -> String {
 const ALLOWED: ReadOptions = ReadOptions {
     memory_limit: seamwise::limit::MemoryLimit::of_bytes(1 << 26),
     allow_missing: false,
+    strict: false,
     allow_outside: true,
 };
 
