@@ -32,7 +32,9 @@ use seamwise::level::{AssetLevel, LevelMesh};
 use seamwise::limit::MemoryLimit;
 use seamwise::surface::geometry::Geometry;
 use seamwise::surface::group::weld_all;
-use seamwise_attr::{Level, Mesh, Options, Polish, Weights, polish_chain, simplify_chain, weld};
+use seamwise_attr::{
+    Level, Mesh, Options, Polish, Settings, Weights, polish_chain, simplify_chain, weld,
+};
 
 const ASSETS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/assets");
 const MODELS: [(&str, &str); 7] = [
@@ -103,7 +105,7 @@ impl Arguments {
             border: self.border,
             seam: self.seam,
         };
-        Options { weights, ..Options::default() }
+        Settings { weights, ..Settings::default() }.into()
     }
 
     fn is_wanted(&self, name: &str) -> bool {

@@ -63,11 +63,13 @@ pub fn simplify_chain(
 ) -> Result<Vec<Level>> {
     check(mesh, targets, options)?;
     let space = Arc::new(Space::of(mesh, options));
-    let max_error = options.max_error.map_or(f64::INFINITY, |limit| limit / space.unit);
+    let max_error = options.settings.max_error.map_or(f64::INFINITY, |limit| limit / space.unit);
     let begin = |region_source: RegionSource<'_>, target: usize| {
         // Regions know no guard: it starts where one queue does.
-        let end =
-            options.max_deviation.map_or(target, |_| target.max(regions::MIN_LARGE_TRIANGLES));
+        let end = options
+            .settings
+            .max_deviation
+            .map_or(target, |_| target.max(regions::MIN_LARGE_TRIANGLES));
         let working = regions::descend(region_source, mesh, end, max_error, removed);
         let mut descent = Descent::new(mesh, working, Vec::new(), max_error);
         descent.find_pairs();
@@ -78,13 +80,13 @@ pub fn simplify_chain(
     let mut descent = begin(RegionSource::Mesh(mesh, Arc::clone(&space)), first);
     let mut levels = Vec::with_capacity(targets.len());
     // An error limit is about the source.
-    let rebuilds_quadrics = options.max_error.is_none();
+    let rebuilds_quadrics = options.settings.max_error.is_none();
     for &target in targets {
         if regions::is_large(descent.triangles(), target) {
             descent = begin(RegionSource::Working(Box::new(descent.into_working_mesh())), target);
         }
         if !descent.is_guarded() {
-            descent.guard(options.limits(space.unit));
+            descent.guard(options.settings.limits(space.unit));
         }
         let mut stopped = None;
         if !(rebuilds_quadrics && regions::is_small(descent.triangles())) {
@@ -175,9 +177,12 @@ pub fn polish_chain(
             let locked = options.locked_of(&level.point_sources);
             let guards = Guards {
                 locked: &locked,
-                rotation_cosine: options.rotation_cosine(),
-                keep_volume: options.keep_volume,
-                max_move: options.max_deviation.map_or(f64::INFINITY, |limit| limit * MAX_MOVE),
+                rotation_cosine: options.settings.rotation_cosine(),
+                keep_volume: options.settings.keep_volume,
+                max_move: options
+                    .settings
+                    .max_deviation
+                    .map_or(f64::INFINITY, |limit| limit * MAX_MOVE),
             };
             polish.fit(&source, &mut level.mesh, &guards);
             finish_attributes(&mut level.mesh, &range);
@@ -242,6 +247,7 @@ fn finish_attributes(mesh: &mut Mesh, color_range: &[(f32, f32)]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::settings::Settings;
     use crate::testing::{grid, sphere, surface};
     use glam::Vec3;
     use proptest::prelude::*;
@@ -305,7 +311,7 @@ mod tests {
 
     #[test]
     fn the_error_limit_ends_the_descent() {
-        let options = Options { max_error: Some(1e-3), ..Options::default() };
+        let options: Options<'_> = Settings { max_error: Some(1e-3), ..Settings::default() }.into();
         let levels = simplify_chain(&sphere(16), &[10], &options, &AtomicUsize::new(0)).unwrap();
         assert_eq!(levels[0].stopped, Some(Stop::ErrorLimit));
         assert!(levels[0].error <= 1e-3 && levels[0].mesh.triangles.len() > 10);

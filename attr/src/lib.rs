@@ -18,7 +18,7 @@
 //! # Where a descent ends
 //!
 //! At its targets; where nothing legal is left ([`Stop::NoLegalCollapse`]); before a cost above
-//! [`Options::max_error`]; or, with [`Options::max_deviation`], before the shape is ruined
+//! [`Settings::max_error`]; or, with [`Settings::max_deviation`], before the shape is ruined
 //! ([`Stop::Deviation`]). Before that, obstacles are removed at their cost: loops of three edges
 //! around handles, holes and necks become points, and small shells go.
 
@@ -47,6 +47,7 @@ mod region_source;
 mod regions;
 mod sample;
 mod sets;
+mod settings;
 mod shape;
 mod sharing;
 mod simplify;
@@ -68,12 +69,13 @@ pub use error::{Error, Result};
 pub use id::{CornerId, PointId, TriangleId, WedgeId};
 pub use importance::{Eye, View, curvature_importance, view_importance};
 pub use mesh::{Layout, Mesh};
-pub use options::{Cost, Options, Placement, Weights};
+pub use options::Options;
 pub use origin::{Origin, find_origins};
 pub use polish::Polish;
 pub use quadric::{Gradient, PointQuadric};
 pub use sample::{Sample, sample_surface};
 pub use sets::DisjointSets;
+pub use settings::{Cost, Placement, Settings, Weights};
 pub use simplify::Stop;
 pub use surface::{Foot, Hit, Nearest, Surface};
 pub use tangent::{TangentInput, compute_tangents};

@@ -223,7 +223,7 @@ impl Metric {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::options::Weights;
+    use crate::settings::Weights;
     use crate::testing::{grid, sphere};
 
     fn metric(mesh: &Mesh, weights: Weights) -> Metric {

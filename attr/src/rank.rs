@@ -77,7 +77,7 @@ mod tests {
     use std::sync::atomic::AtomicUsize;
 
     use super::*;
-    use crate::options::Weights;
+    use crate::settings::Weights;
     use crate::simplify::Descent;
     use crate::space::Space;
     use crate::testing::sphere;

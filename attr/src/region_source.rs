@@ -145,7 +145,7 @@ fn measure(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::options::Weights;
+    use crate::settings::Weights;
     use crate::testing::sphere;
 
     #[test]

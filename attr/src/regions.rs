@@ -312,7 +312,7 @@ mod tests {
     use super::*;
     use std::sync::Arc;
 
-    use crate::options::Weights;
+    use crate::settings::Weights;
     use crate::space::Space;
     use crate::testing::{grid, sphere};
 

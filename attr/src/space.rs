@@ -11,9 +11,9 @@ use rustc_hash::FxHashMap;
 
 use crate::id::PointId;
 use crate::mesh::{Layout, Mesh};
-use crate::options::Weights;
-use crate::options::{Cost, Options, Placement};
+use crate::options::Options;
 use crate::quadric::MAX_ATTRIBUTES;
+use crate::settings::{Cost, Placement, Weights};
 
 /// An attribute that is to count for nothing, or a UV set without area, still gets this scale: far
 /// below any error that matters, and its row can be read back.
@@ -49,12 +49,13 @@ pub(crate) struct Space {
 impl Space {
     #[cfg(test)]
     pub(crate) fn new(mesh: &Mesh, weights: Weights) -> Self {
-        Self::of(mesh, &Options { weights, ..Options::default() })
+        let settings = crate::settings::Settings { weights, ..Default::default() };
+        Self::of(mesh, &settings.into())
     }
 
     /// The space of a mesh, and what the user asks of its points.
     pub(crate) fn of(mesh: &Mesh, options: &Options<'_>) -> Self {
-        let ((center, unit), weights) = (frame(mesh), options.weights);
+        let ((center, unit), weights) = (frame(mesh), options.settings.weights);
         let scales = scales(mesh, weights, unit);
         Self {
             unit,
@@ -62,11 +63,11 @@ impl Space {
             layout: mesh.layout,
             scales,
             weights,
-            rotation_cosine: options.rotation_cosine(),
-            keep_volume: options.keep_volume,
-            join_distance: options.join_distance.unwrap_or(0.0) / unit,
-            cost: options.cost,
-            placement: options.placement,
+            rotation_cosine: options.settings.rotation_cosine(),
+            keep_volume: options.settings.keep_volume,
+            join_distance: options.settings.join_distance.unwrap_or(0.0) / unit,
+            cost: options.settings.cost,
+            placement: options.settings.placement,
             importance: options.importance.to_vec(),
             colors: options.colors.to_vec(),
             locked: options.locked.to_vec(),

@@ -2,8 +2,7 @@
 
 use glam::Vec3;
 
-use crate::mesh::{Layout, Mesh};
-use crate::weld::{Vertices, weld};
+use crate::{Layout, Mesh, PointId, Vertices, weld};
 
 /// A flat grid of n × n squares over 0…1, each cut along its rising diagonal, with its own (x, y)
 /// as UV. Points are numbered row by row.
@@ -74,11 +73,7 @@ fn renumber(mesh: Mesh, positions: &[Vec3]) -> Mesh {
     let order: Vec<usize> = mesh.positions.iter().map(|&p| find(p)).collect();
     Mesh {
         positions: positions.to_vec(),
-        wedge_points: mesh
-            .wedge_points
-            .iter()
-            .map(|p| crate::PointId::new(order[p.index()]))
-            .collect(),
+        wedge_points: mesh.wedge_points.iter().map(|p| PointId::new(order[p.index()])).collect(),
         ..mesh
     }
 }

@@ -19,8 +19,9 @@ use rayon::prelude::*;
 use crate::chain::{Finish, Level, check};
 use crate::error::Result;
 use crate::mesh::Mesh;
-use crate::options::{Cost, Options};
+use crate::options::Options;
 use crate::regions;
+use crate::settings::Cost;
 use crate::sharing::{Simplifiable, share_out};
 use crate::simplify::{Descent, REBUILD_SHARE, Stop};
 use crate::space::Space;
@@ -66,7 +67,7 @@ impl Shared<'_> {
     /// summed over all instances. For edge lengths, a baseline, that of the largest instance.
     fn scale(&self, unit: f64) -> f64 {
         let lengths = self.stretches.iter().map(|stretch| stretch * unit);
-        match self.options.cost {
+        match self.options.settings.cost {
             Cost::Quadric => lengths.map(|length| length.powi(4)).sum(),
             Cost::EdgeLength => lengths.fold(0.0, f64::max).powi(2),
         }
@@ -148,17 +149,18 @@ impl<'a> Member<'a> {
     fn new(own: &'a Shared<'a>, removed: &'a AtomicUsize) -> Self {
         let Shared { mesh, options, .. } = own;
         let space = Arc::new(Space::of(mesh, options));
-        let max_error = options.max_error.map_or(f64::INFINITY, |limit| limit / space.unit);
+        let max_error =
+            options.settings.max_error.map_or(f64::INFINITY, |limit| limit / space.unit);
         let mut descent = Descent::new(mesh, WorkingMesh::new(mesh, &space), Vec::new(), max_error);
         descent.find_pairs();
-        descent.guard(options.limits(space.unit));
+        descent.guard(options.settings.limits(space.unit));
         Self {
             descent,
             finish: Finish::new(mesh, options),
             scale: own.scale(space.unit),
             summed_at: mesh.triangles.len(),
             source: mesh.triangles.len(),
-            rebuilds_quadrics: options.max_error.is_none(),
+            rebuilds_quadrics: options.settings.max_error.is_none(),
             stopped: None,
             removed,
         }
@@ -212,6 +214,7 @@ fn shared_cost(cost: f64, scale: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::chain::simplify_chain;
+    use crate::settings::Settings;
     use crate::testing::{grid, sphere, surface};
     use glam::Vec3;
 
@@ -289,7 +292,7 @@ mod tests {
                 ..shared(&plane, &[1.0])
             },
             Shared {
-                options: Options { max_error: Some(5e-2), ..Options::default() },
+                options: Settings { max_error: Some(5e-2), ..Settings::default() }.into(),
                 ..shared(&ball, &[1.0])
             },
         ];

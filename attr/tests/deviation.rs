@@ -7,7 +7,7 @@ use std::sync::atomic::AtomicUsize;
 use glam::Vec3;
 use proptest::prelude::*;
 use rayon::ThreadPoolBuilder;
-use seamwise_attr::{Level, Mesh, Options, Stop, simplify_chain};
+use seamwise_attr::{Level, Mesh, Options, Settings, Stop, simplify_chain};
 use shapes::{KINDS, Kind, Noise, Soup, diagonal, farthest, make};
 
 /// Limits, as shares of the diagonal.
@@ -36,7 +36,7 @@ fn levels(mesh: &Mesh, options: &Options<'_>) -> Vec<Level> {
 }
 
 fn within(limit: f64) -> Options<'static> {
-    Options { max_deviation: Some(limit), ..Options::default() }
+    Settings { max_deviation: Some(limit), ..Settings::default() }.into()
 }
 
 /// Fails unless each level is a mesh that is at its target, or stopped by the limit or for want of a
@@ -168,9 +168,9 @@ fn limits_that_make_no_sense_are_refused() {
     let bad = [
         within(-1.0),
         within(f64::NAN),
-        Options { max_lost_area: -0.1, ..within(1.0) },
-        Options { max_lost_area: 1.1, ..within(1.0) },
-        Options { max_lost_area: f64::NAN, ..within(1.0) },
+        Settings { max_lost_area: -0.1, ..within(1.0).settings }.into(),
+        Settings { max_lost_area: 1.1, ..within(1.0).settings }.into(),
+        Settings { max_lost_area: f64::NAN, ..within(1.0).settings }.into(),
         Options { colors: &colors, ..within(1.0) },
     ];
     for options in bad {

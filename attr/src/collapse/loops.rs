@@ -93,7 +93,7 @@ mod tests {
 
     use super::*;
     use crate::edges::Census;
-    use crate::options::Weights;
+    use crate::settings::Weights;
     use crate::space::Space;
     use crate::testing::surface;
     use crate::weld::{Vertices, weld};

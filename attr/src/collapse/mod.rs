@@ -17,9 +17,9 @@ use crate::equal_volume::Plane;
 use crate::id::{CornerId, PointId, TriangleId, WedgeId};
 use crate::marks::Marks;
 use crate::metric::Metric;
-use crate::options::Cost;
 use crate::quadric::{self, PointQuadric};
 use crate::sets::DisjointSets;
+use crate::settings::Cost;
 use crate::topology::Topology;
 
 /// The merged wedges of a collapse and the quadrics they add up to. Reused from one collapse to
@@ -321,7 +321,7 @@ mod tests {
 
     use super::*;
     use crate::Mesh;
-    use crate::options::Weights;
+    use crate::settings::Weights;
     use crate::space::Space;
     use crate::testing::{grid, sphere};
     use crate::working_mesh::WorkingMesh;

@@ -5,8 +5,8 @@ use glam::DVec3;
 use super::Plan;
 use crate::id::{PointId, WedgeId};
 use crate::metric::Metric;
-use crate::options::Placement;
 use crate::quadric;
+use crate::settings::Placement;
 use crate::solve::minimize;
 
 /// Pull towards the edge's midpoint, as a share of the merged weight: it keeps a flat patch

@@ -29,7 +29,7 @@ use super::reference::Reference;
 use crate::collapse::Plan;
 use crate::id::PointId;
 use crate::metric::Metric;
-use crate::options::Limits;
+use crate::settings::Limits;
 use crate::topology::Topology;
 use star::{Star, nearest_corner, search_around};
 

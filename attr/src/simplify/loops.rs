@@ -4,7 +4,7 @@ use super::{Descent, Stop};
 use crate::collapse::Candidate;
 use crate::id::{EdgeId, PointId};
 use crate::item::Item;
-use crate::options::Cost;
+use crate::settings::Cost;
 
 impl Descent<'_> {
     /// Queues the cheapest loop at an edge that the link condition bars, if there is one.

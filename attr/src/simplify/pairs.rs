@@ -11,7 +11,7 @@ use rustc_hash::FxHashMap;
 use super::{Descent, Stop};
 use crate::id::{EdgeId, PointId};
 use crate::item::Item;
-use crate::options::Cost;
+use crate::settings::Cost;
 use crate::topology::Topology;
 
 /// A point is paired with so many others at most.
@@ -152,6 +152,7 @@ mod tests {
     use crate::id::WedgeId;
     use crate::mesh::Mesh;
     use crate::options::Options;
+    use crate::settings::Settings;
     use crate::testing::surface;
     use glam::Vec3;
 
@@ -188,7 +189,7 @@ mod tests {
     fn a_crack_closes_within_the_distance_and_not_beyond() {
         let mesh = cracked(16, 0.01);
         let level = |join_distance| {
-            let options = Options { join_distance, ..Options::default() };
+            let options: Options<'_> = Settings { join_distance, ..Settings::default() }.into();
             let target = mesh.triangles.len() / 16;
             simplify_chain(&mesh, &[target], &options, &AtomicUsize::new(0)).unwrap().remove(0)
         };

@@ -7,7 +7,7 @@ use crate::id::{PointId, TriangleId};
 use crate::item::Item;
 use crate::marks::Marks;
 use crate::metric::Metric;
-use crate::options::Cost;
+use crate::settings::Cost;
 use crate::topology::Topology;
 
 /// Shells of up to this many triangles may be removed whole once none of their edges can

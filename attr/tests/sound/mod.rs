@@ -7,7 +7,7 @@ use std::sync::atomic::AtomicUsize;
 use arbitrary::{Result, Unstructured};
 use glam::{Vec2, Vec3};
 use seamwise_attr::{
-    Cost, Layout, Level, Mesh, Options, Placement, Polish, Stop, Vertices, polish_chain,
+    Cost, Layout, Level, Mesh, Options, Placement, Polish, Settings, Stop, Vertices, polish_chain,
     simplify_chain, weld,
 };
 
@@ -233,7 +233,7 @@ pub(crate) fn chains(recipe: &Recipe) -> Option<(Mesh, [Vec<Level>; 2])> {
     let colors: Vec<[f32; 3]> =
         points.clone().map(|point| [0, 1, 2].map(|at| recipe.noise(3 * point + at))).collect();
     let locked: Vec<bool> = points.map(|point| recipe.noise(point) < 0.1).collect();
-    let options = Options {
+    let settings = Settings {
         cost: wishes.cost,
         placement: wishes.placement,
         max_rotation: wishes.max_rotation,
@@ -241,10 +241,13 @@ pub(crate) fn chains(recipe: &Recipe) -> Option<(Mesh, [Vec<Level>; 2])> {
         keep_volume: wishes.keep_volume,
         max_deviation: wishes.max_deviation.map(|share| share * f64::from(recipe.scale)),
         max_lost_area: wishes.max_lost_area,
+        ..Settings::default()
+    };
+    let options = Options {
+        settings,
         colors: if wishes.seen { &colors } else { &[] },
         importance: if wishes.weighed { &importance } else { &[] },
         locked: if wishes.locked { &locked } else { &[] },
-        ..Options::default()
     };
     let levels = simplify_chain(&mesh, &targets, &options, &done).expect("levels");
     let mut polished = levels.clone();

@@ -6,7 +6,7 @@ mod importance;
 mod scene_box;
 mod values;
 
-use seamwise_attr::{Cost, Options, Placement, Weights};
+use seamwise_attr::{Cost, Options, Placement, Settings, Weights};
 
 use crate::document::asset::Asset;
 use crate::document::nodes::{largest_stretch, mesh_worlds, stretches};
@@ -70,15 +70,8 @@ pub struct Steering {
 pub(crate) struct MeshSteering {
     /// One per instance in the scene: the largest factor on lengths of the mesh.
     stretches: Vec<f64>,
-    order: Order,
-    placement: Placement,
-    /// Limit in the units of the mesh.
-    max_error: Option<f64>,
-    max_deviation: Option<f64>,
-    max_rotation: f64,
-    /// Distance in the units of the mesh.
-    join_distance: Option<f64>,
-    keep_volume: bool,
+    /// Lengths are in the units of the mesh.
+    settings: Settings,
     /// One per point, or empty.
     locked: Vec<bool>,
     importance: Vec<f32>,
@@ -92,7 +85,7 @@ impl Default for Steering {
             placement: Placement::default(),
             max_error: None,
             max_deviation: Some(MAX_DEVIATION),
-            max_rotation: Options::default().max_rotation,
+            max_rotation: Settings::default().max_rotation,
             join_distance: None,
             keep_volume: false,
             lock_materials: Vec::new(),
@@ -108,19 +101,9 @@ impl Steering {
     /// # Errors
     /// [`Error::Options`] if one does not.
     pub fn check(&self) -> Result<()> {
-        let refuse = |what: &str| Err(Error::Options { what: what.into() });
-        if self.max_error.is_some_and(|error| error.is_nan() || error < 0.0) {
-            return refuse("the error limit must be 0 or more");
-        }
-        if !(self.max_rotation > 0.0 && self.max_rotation <= 90.0) {
-            return refuse("a rotation must be above 0 and at most 90 degrees");
-        }
-        if self.join_distance.is_some_and(|x| !x.is_finite() || x < 0.0) {
-            return refuse("the distance to join across must be 0 or more");
-        }
-        if self.keep_volume && self.placement != Placement::Best {
-            return refuse("the volume can only be kept with the best placement");
-        }
+        self.settings(1.0, 1.0)
+            .check()
+            .map_err(|error| Error::Options { what: error.to_string() })?;
         self.importance.check()
     }
 
@@ -150,13 +133,7 @@ impl Steering {
             let (stretch, stretches) = (largest_stretch(worlds), stretches(worlds));
             Ok(MeshSteering {
                 stretches,
-                order: self.order,
-                placement: self.placement,
-                max_error: self.max_error.map(|error| error / stretch),
-                max_deviation: self.max_deviation.map(|share| share * scene.diagonal() / stretch),
-                max_rotation: self.max_rotation,
-                join_distance: self.join_distance.map(|distance| distance / stretch),
-                keep_volume: self.keep_volume,
+                settings: self.settings(stretch, scene.diagonal()),
                 locked: self.locks(geometry, &materials)?,
                 importance: self.importance.of_points(geometry, map.as_ref(), worlds)?,
                 colors: match self.max_deviation {
@@ -166,6 +143,29 @@ impl Steering {
             })
         };
         geometries.iter().map(steer).collect()
+    }
+
+    /// The settings of a mesh that a scene of this diagonal shows `stretch` times as long.
+    fn settings(&self, stretch: f64, diagonal: f64) -> Settings {
+        let weights = match self.order {
+            Order::Quadric | Order::EdgeLength => Weights::default(),
+            Order::Geometry => Weights { uv: 0.0, normal: 0.0, color: 0.0, ..Weights::default() },
+        };
+        let cost = match self.order {
+            Order::Quadric | Order::Geometry => Cost::Quadric,
+            Order::EdgeLength => Cost::EdgeLength,
+        };
+        Settings {
+            weights,
+            cost,
+            placement: self.placement,
+            max_error: self.max_error.map(|error| error / stretch),
+            max_deviation: self.max_deviation.map(|share| share * diagonal / stretch),
+            max_lost_area: MAX_LOST_AREA,
+            max_rotation: self.max_rotation,
+            join_distance: self.join_distance.map(|distance| distance / stretch),
+            keep_volume: self.keep_volume,
+        }
     }
 
     /// One per point: whether it is locked. Empty if nothing is.
@@ -193,24 +193,8 @@ impl Steering {
 impl MeshSteering {
     /// The options of its descent and polish.
     pub(crate) fn options(&self) -> Options<'_> {
-        let weights = match self.order {
-            Order::Quadric | Order::EdgeLength => Weights::default(),
-            Order::Geometry => Weights { uv: 0.0, normal: 0.0, color: 0.0, ..Weights::default() },
-        };
-        let cost = match self.order {
-            Order::Quadric | Order::Geometry => Cost::Quadric,
-            Order::EdgeLength => Cost::EdgeLength,
-        };
         Options {
-            weights,
-            cost,
-            placement: self.placement,
-            max_error: self.max_error,
-            max_deviation: self.max_deviation,
-            max_lost_area: MAX_LOST_AREA,
-            max_rotation: self.max_rotation,
-            join_distance: self.join_distance,
-            keep_volume: self.keep_volume,
+            settings: self.settings,
             importance: &self.importance,
             colors: &self.colors,
             locked: &self.locked,

@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use crate::chain::{Level, simplify_chain};
 use crate::options::Options;
+use crate::settings::Settings;
 use crate::simplify::Stop;
 use crate::surface::Surface;
 use crate::testing::{sphere, surface};
@@ -50,7 +51,7 @@ fn level(mesh: &Mesh, target: usize, options: &Options<'_>) -> Level {
 }
 
 fn within(limit: f64) -> Options<'static> {
-    Options { max_deviation: Some(limit), ..Options::default() }
+    Settings { max_deviation: Some(limit), ..Settings::default() }.into()
 }
 
 /// The distance of a place to a mesh.
@@ -140,7 +141,7 @@ fn a_row_of_cards_keeps_the_area_that_may_not_go() {
         places.iter().map(|place| (&card, place as &dyn Fn(Vec3) -> Vec3)).collect();
     let mesh = scene(&parts);
     for max_lost_area in [0.0, 0.1, 0.5, 0.9] {
-        let level = level(&mesh, 1, &Options { max_lost_area, ..within(0.1) });
+        let level = level(&mesh, 1, &Settings { max_lost_area, ..within(0.1).settings }.into());
         let kept = f64::from(area(&level.mesh) / area(&mesh));
         assert!(kept >= 1.0 - max_lost_area - 1e-4, "{kept} with {max_lost_area}");
         assert_eq!(level.stopped, Some(Stop::Deviation));
