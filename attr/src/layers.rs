@@ -159,7 +159,8 @@ mod tests {
     use super::*;
     use crate::edges::Census;
     use crate::mesh::Layout;
-    use crate::weld::{Vertices, weld};
+    use crate::vertices::Vertices;
+    use crate::weld::weld;
     use glam::Vec3;
 
     /// A bent sheet of n × n squares, and a flipped copy of it cut along the same or the other diagonals.

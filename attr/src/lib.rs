@@ -1,7 +1,8 @@
 //! Geometry of Seamwise: meshes with attributes in wedges, and their simplification. Knows no
 //! files and no images.
 //!
-//! In order: [`weld`] turns a file's vertices into points and wedges; [`simplify_chain`] collapses
+//! In one call: [`simplify`](fn@simplify) takes a program's own arrays, and [`Simplifier`] takes
+//! settings, locks and importance with them. Step by step: [`weld`] turns a file's vertices into points and wedges; [`simplify_chain`] collapses
 //! edges in the order of the generalized quadric's cost and emits a [`Level`] each time a target is
 //! passed; [`polish_chain`] fits each level to the mesh it was made from.
 //!
@@ -50,6 +51,7 @@ mod sets;
 mod settings;
 mod shape;
 mod sharing;
+mod simplifier;
 mod simplify;
 mod solve;
 mod space;
@@ -60,6 +62,7 @@ mod testing;
 mod together;
 mod topology;
 mod triangle;
+mod vertices;
 mod weld;
 mod working_mesh;
 
@@ -75,10 +78,14 @@ pub use polish::Polish;
 pub use quadric::{Gradient, PointQuadric};
 pub use sample::{Sample, sample_surface};
 pub use sets::DisjointSets;
-pub use settings::{Cost, Placement, Settings, Weights};
+pub use settings::{Cost, MAX_DEVIATION, Placement, Settings, Weights};
+pub use simplifier::{Simplified, Simplifier, Target, simplify};
 pub use simplify::Stop;
 pub use surface::{Foot, Hit, Nearest, Surface};
 pub use tangent::{TangentInput, compute_tangents};
 pub use together::{Shared, simplify_together};
 pub use triangle::{area_vector, closest_on_triangle};
-pub use weld::{Vertices, Welded, weld};
+pub use vertices::Vertices;
+pub use weld::{Welded, weld};
+
+pub use glam;

@@ -62,7 +62,16 @@ impl Default for Weights {
     }
 }
 
-/// Settings of a simplification.
+/// The largest distance between a level and its source by default, as a share of the diagonal of the
+/// scene's bounding box: beyond it a level is no level of its source any more. Figures are in
+/// benches/METRIC.md, where a descent stops.
+pub const MAX_DEVIATION: f64 = 0.025;
+
+/// The share of its area that a surface may lose by default.
+const MAX_LOST_AREA: f64 = 0.1;
+
+/// Settings of a simplification. [`Settings::default`] holds to the targets whatever it costs;
+/// [`Settings::for_diagonal`] ends a descent before the shape is ruined.
 ///
 /// ```
 /// use seamwise_attr::Settings;
@@ -124,6 +133,13 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// The settings of the command line tool for a scene whose bounding box has this diagonal, in the
+    /// units of the mesh: a surface ends within [`MAX_DEVIATION`] of it, and keeps nine tenths of its area.
+    pub fn for_diagonal(diagonal: f64) -> Self {
+        let max_deviation = Some(MAX_DEVIATION * diagonal);
+        Self { max_deviation, max_lost_area: MAX_LOST_AREA, ..Self::default() }
+    }
+
     /// The limits of a descent in a space of this unit, if there are any.
     pub(crate) fn limits(&self, unit: f64) -> Option<Limits> {
         let deviation = self.max_deviation?;

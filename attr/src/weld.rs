@@ -6,34 +6,13 @@
 //! tolerance: what a file stores as two positions stays two points. Layers that lie on each other back
 //! to back are taken apart again: see `layers.rs`.
 
-use glam::Vec3;
 use rustc_hash::FxHashMap;
 
 use crate::error::{Error, Result};
 use crate::id::{PointId, WedgeId};
 use crate::layers::separate_layers;
-use crate::mesh::{Layout, Mesh};
-
-/// Triangles as a file stores them.
-#[derive(Clone, Debug, Default)]
-pub struct Vertices {
-    /// One per vertex.
-    pub positions: Vec<Vec3>,
-    /// The layout of a vertex's row.
-    pub layout: Layout,
-    /// `layout.len()` floats per vertex.
-    pub attributes: Vec<f32>,
-    /// One per vertex, or empty: vertices of different `motion` move apart under a skin or a
-    /// morph target, so they are never one point even where they coincide.
-    pub motion: Vec<u32>,
-    /// One per vertex, or empty: vertices of different `rest` differ in something that the metric
-    /// does not see, so they are never one wedge.
-    pub rest: Vec<u32>,
-    /// Vertex indices of each triangle.
-    pub triangles: Vec<[u32; 3]>,
-    /// One per triangle: its material or primitive.
-    pub groups: Vec<u32>,
-}
+use crate::mesh::Mesh;
+use crate::vertices::Vertices;
 
 /// The result of [`weld`].
 #[derive(Clone, Debug, Default)]
@@ -56,8 +35,8 @@ pub struct Welded {
 pub fn weld(vertices: &Vertices) -> Result<Welded> {
     check(vertices)?;
     let mut welder = Welder::new(vertices);
-    for (triangle, &group) in vertices.triangles.iter().zip(&vertices.groups) {
-        welder.add(*triangle, group);
+    for (at, triangle) in vertices.triangles.iter().enumerate() {
+        welder.add(*triangle, vertices.groups.get(at).copied().unwrap_or(0));
     }
     let mut welded = welder.welded;
     welded.mesh.validate()?;
@@ -76,7 +55,7 @@ fn check(vertices: &Vertices) -> Result<()> {
             return invalid("vertex classes and vertices differ in number".into());
         }
     }
-    if vertices.groups.len() != vertices.triangles.len() {
+    if !vertices.groups.is_empty() && vertices.groups.len() != vertices.triangles.len() {
         return invalid("groups and triangles differ in number".into());
     }
     let past_end = |triangle: &[u32; 3]| triangle.iter().any(|&v| v as usize >= count);
@@ -161,6 +140,8 @@ fn bits(x: f32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::Layout;
+    use glam::Vec3;
 
     /// Two triangles over the square 0…1, with a vertex each per corner:
     ///

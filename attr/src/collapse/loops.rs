@@ -96,7 +96,8 @@ mod tests {
     use crate::settings::Weights;
     use crate::space::Space;
     use crate::testing::surface;
-    use crate::weld::{Vertices, weld};
+    use crate::vertices::Vertices;
+    use crate::weld::weld;
     use crate::working_mesh::WorkingMesh;
     use crate::{Layout, Mesh};
     use glam::Vec3;

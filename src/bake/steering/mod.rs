@@ -6,7 +6,7 @@ mod importance;
 mod scene_box;
 mod values;
 
-use seamwise_attr::{Cost, Options, Placement, Settings, Weights};
+use seamwise_attr::{Cost, MAX_DEVIATION, Options, Placement, Settings, Weights};
 
 use crate::document::asset::Asset;
 use crate::document::nodes::{largest_stretch, mesh_worlds, stretches};
@@ -18,14 +18,6 @@ pub use importance::Importance;
 use importance::Map;
 use scene_box::SceneBox;
 use values::{check_attribute, material, point_values, points_of};
-
-/// Beyond this share of the scene's diagonal a level is no level of the source any more: figures in
-/// benches/METRIC.md, where a descent stops.
-pub const MAX_DEVIATION: f64 = 0.025;
-
-/// The share of its area that a surface may lose as borders recede and shells are removed, while the deviation
-/// is limited.
-const MAX_LOST_AREA: f64 = 0.1;
 
 /// The order of collapses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -161,10 +153,10 @@ impl Steering {
             placement: self.placement,
             max_error: self.max_error.map(|error| error / stretch),
             max_deviation: self.max_deviation.map(|share| share * diagonal / stretch),
-            max_lost_area: MAX_LOST_AREA,
             max_rotation: self.max_rotation,
             join_distance: self.join_distance.map(|distance| distance / stretch),
             keep_volume: self.keep_volume,
+            ..Settings::for_diagonal(diagonal)
         }
     }
 
