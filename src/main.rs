@@ -9,8 +9,6 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-use seamwise::progress::Progress;
-
 fn main() -> ExitCode {
     let cli = cli::Cli::parse();
     if let Some(threads) = cli.threads {
@@ -20,9 +18,8 @@ fn main() -> ExitCode {
             return ExitCode::from(2);
         }
     }
-    let progress = if cli.common.quiet { Progress::hidden() } else { Progress::terminal() };
     let result = match &cli.command {
-        cli::Command::Bake(args) => commands::bake(args, cli.common, &progress),
+        cli::Command::Bake(args) => commands::bake(args, cli.common),
         cli::Command::Repair(args) => commands::repair(args, cli.common),
         cli::Command::Evaluate(args) => commands::evaluate(args, cli.common),
         cli::Command::Select(args) => commands::select(args),

@@ -1,24 +1,64 @@
-//! Progress bars on a terminal's standard error, and nothing anywhere else; and when there is to be no
-//! more of it.
+//! How far a run is, for whoever wants to show it; and the end of a run that takes too long.
 //!
 //! A bake may be given a time. It is looked at between stages and, within one, before each surface
 //! or level: what is under way is ended first, so a bake ends late by a step at most, and every
 //! file is still written or none.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread::Thread;
 use std::time::{Duration, Instant};
 
-use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
-
 use crate::error::{Error, Result};
 
-/// The display of progress.
-#[derive(Clone, Debug)]
+/// A display of progress: implement it to show how far a run is.
+///
+/// ```
+/// use std::sync::{Arc, Mutex};
+/// use seamwise::progress::{Bar, Display, Progress};
+///
+/// /// Keeps the names of the stages.
+/// #[derive(Debug, Default)]
+/// struct Names(Mutex<Vec<String>>);
+///
+/// impl Display for Names {
+///     fn stage(&self, name: &str, _total: usize) -> Box<dyn Bar> {
+///         self.0.lock().unwrap().push(name.to_owned());
+///         Box::new(())
+///     }
+/// }
+///
+/// let names = Arc::new(Names::default());
+/// let progress = Progress::new(names.clone());
+/// progress.stage("count", 3, |done| done.fetch_add(3, std::sync::atomic::Ordering::Relaxed));
+/// assert_eq!(*names.0.lock().unwrap(), ["count"]);
+/// ```
+pub trait Display: std::fmt::Debug + Send + Sync {
+    /// Begins a stage that does `total` steps. It ends when what this returns is dropped.
+    fn stage(&self, name: &str, total: usize) -> Box<dyn Bar>;
+
+    /// The display of one of several files, which are worked on side by side: by default that of the stages
+    /// of all of them. The file is done when what this returns is dropped.
+    fn file(&self, _name: &str) -> Option<Box<dyn Display>> {
+        None
+    }
+}
+
+/// The display of a stage.
+pub trait Bar: Send + Sync {
+    /// Shows that so many steps are done; called ten times a second.
+    fn update(&self, done: usize);
+}
+
+/// Shows nothing.
+impl Bar for () {
+    fn update(&self, _done: usize) {}
+}
+
+/// The display of a run, if there is one, and the time that it may take.
+#[derive(Clone, Debug, Default)]
 pub struct Progress {
-    bars: MultiProgress,
-    /// The bar that all stages of one file share.
-    file: Option<ProgressBar>,
+    display: Option<Arc<dyn Display>>,
     deadline: Option<Deadline>,
 }
 
@@ -28,11 +68,6 @@ struct Deadline {
     end: Instant,
     limit: Duration,
 }
-
-/// A stage of its own.
-const STAGE: &str = "{prefix:>10} {wide_bar} {percent:>3} % {eta:>4}";
-/// One of several files, and the stage that it is in.
-const FILE: &str = "{prefix:>20} {msg:>8} {wide_bar} {percent:>3} %";
 
 /// Ends a watcher when the stage does, be it by a panic.
 struct End<'a> {
@@ -48,29 +83,28 @@ impl Drop for End<'_> {
 }
 
 impl Progress {
-    /// Progress on standard error, if that is a terminal.
-    pub fn terminal() -> Self {
-        Self { bars: MultiProgress::new(), file: None, deadline: None }
+    /// Progress that `display` shows.
+    pub fn new(display: Arc<dyn Display>) -> Self {
+        Self { display: Some(display), deadline: None }
     }
 
-    /// Progress that is not shown.
+    /// Progress that nobody sees.
     pub fn hidden() -> Self {
-        let bars = MultiProgress::with_draw_target(ProgressDrawTarget::hidden());
-        Self { bars, file: None, deadline: None }
+        Self::default()
     }
 
-    /// This progress with a time limit from now on, if there is one.
+    /// The same with a time from now on, if there is one.
     pub(crate) fn limited(&self, limit: Option<Duration>) -> Self {
         let end = |limit| Some(Deadline { end: Instant::now().checked_add(limit)?, limit });
         Self { deadline: limit.and_then(end), ..self.clone() }
     }
 
-    /// This progress, not shown.
+    /// The same, shown nowhere.
     pub(crate) fn unseen(&self) -> Self {
         Self { deadline: self.deadline, ..Self::hidden() }
     }
 
-    /// Makes sure that there is time left; `stage` is what it would be for, or was.
+    /// Makes sure that there is time left; `stage` is the one that it would be for, or was.
     ///
     /// # Errors
     /// [`Error::Time`] with the stage.
@@ -85,64 +119,32 @@ impl Progress {
 
     /// Runs a stage that does `total` steps and counts them on the counter it is given.
     pub fn stage<T>(&self, name: &str, total: usize, run: impl FnOnce(&AtomicUsize) -> T) -> T {
-        let bar = match &self.file {
-            Some(bar) => bar.clone(),
-            None => self.add(STAGE, name),
-        };
-        bar.reset();
-        bar.set_length(total as u64);
-        bar.set_message(name.to_owned());
         let (count, finished) = (AtomicUsize::new(0), AtomicBool::new(false));
-        let result = if bar.is_hidden() {
+        let Some(display) = &self.display else { return run(&count) };
+        let bar = display.stage(name, total);
+        std::thread::scope(|scope| {
+            let watcher = scope.spawn(|| {
+                while !finished.load(Ordering::Relaxed) {
+                    bar.update(count.load(Ordering::Relaxed));
+                    std::thread::park_timeout(Duration::from_millis(100));
+                }
+            });
+            let _end = End { finished: &finished, watcher: watcher.thread() };
             run(&count)
-        } else {
-            std::thread::scope(|scope| {
-                let watcher = scope.spawn(|| {
-                    while !finished.load(Ordering::Relaxed) {
-                        bar.set_position(count.load(Ordering::Relaxed) as u64);
-                        std::thread::park_timeout(Duration::from_millis(100));
-                    }
-                });
-                let _end = End { finished: &finished, watcher: watcher.thread() };
-                run(&count)
-            })
-        };
-        if self.file.is_none() {
-            self.remove(&bar);
-        }
-        result
+        })
     }
 
-    /// Runs what is done to one of several files: its stages share a bar with the file's name.
+    /// Runs the work on one of several files: its stages are shown as that file's.
     pub fn file<T>(&self, name: &str, run: impl FnOnce(&Self) -> T) -> T {
-        let bar = self.add(FILE, name);
-        let result = run(&Self { file: Some(bar.clone()), ..self.clone() });
-        self.remove(&bar);
-        result
-    }
-
-    /// Runs what prints, with no bar in its way.
-    pub fn suspend<T>(&self, print: impl FnOnce() -> T) -> T {
-        self.bars.suspend(print)
-    }
-
-    fn add(&self, template: &str, name: &str) -> ProgressBar {
-        let bar = self.bars.add(ProgressBar::new(0));
-        let style = ProgressStyle::with_template(template);
-        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-        bar.set_prefix(name.to_owned());
-        bar
-    }
-
-    fn remove(&self, bar: &ProgressBar) {
-        bar.finish_and_clear();
-        self.bars.remove(bar);
+        let display = self.display.as_ref().and_then(|display| display.file(name));
+        run(&Self { display: display.map(Arc::from).or(self.display.clone()), ..self.clone() })
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::sync::Mutex;
 
     #[test]
     fn time_is_over_at_its_end_and_never_without_one() {
@@ -156,5 +158,56 @@ mod tests {
             assert!(said.contains("`simplify`") && said.contains("--time-limit"), "{said}");
             assert!(over.limited(None).check("simplify").is_ok());
         }
+    }
+
+    /// Keeps what it is told, behind the name of its file.
+    #[derive(Clone, Debug, Default)]
+    struct Log {
+        file: String,
+        lines: Arc<Mutex<Vec<String>>>,
+    }
+
+    impl Log {
+        fn say(&self, what: &str) {
+            self.lines.lock().unwrap().push(format!("{}{what}", self.file));
+        }
+    }
+
+    impl Display for Log {
+        fn stage(&self, name: &str, total: usize) -> Box<dyn Bar> {
+            self.say(&format!("{name} of {total}"));
+            Box::new(self.clone())
+        }
+
+        fn file(&self, name: &str) -> Option<Box<dyn Display>> {
+            Some(Box::new(Self { file: format!("{name}: "), ..self.clone() }))
+        }
+    }
+
+    impl Bar for Log {
+        fn update(&self, done: usize) {
+            self.say(&done.to_string());
+        }
+    }
+
+    #[test]
+    fn stages_are_shown_as_those_of_their_file() {
+        let log = Log::default();
+        let progress = Progress::new(Arc::new(log.clone()));
+        let wait = |count: &AtomicUsize| {
+            count.store(2, Ordering::Relaxed);
+            let seen = |log: &Log| log.lines.lock().unwrap().iter().any(|line| line.ends_with('2'));
+            while !seen(&log) {
+                std::thread::yield_now();
+            }
+            7
+        };
+        assert_eq!(progress.file("a.glb", |progress| progress.stage("read", 5, wait)), 7);
+        let lines = log.lines.lock().unwrap().clone();
+        assert_eq!(lines[0], "a.glb: read of 5");
+        assert_eq!(lines.last().unwrap(), "a.glb: 2");
+        drop(lines);
+        progress.stage("write", 1, |_| ());
+        assert!(log.lines.lock().unwrap().contains(&"write of 1".to_owned()));
     }
 }

@@ -1,6 +1,7 @@
 //! `seamwise bake`: one input, or many with a summary and a table of failures.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use anyhow::{Result, bail};
 use serde::Serialize;
@@ -12,6 +13,7 @@ use seamwise::progress::Progress;
 use seamwise::report::BakeReport;
 use seamwise::warning::Warnings;
 
+use super::bars::Bars;
 use super::console::{say, warn};
 use crate::cli::{BakeArgs, Common};
 
@@ -39,12 +41,14 @@ struct InputReport {
 }
 
 /// Bakes each input; one that fails does not stop the others. Tells how many failed.
-pub(crate) fn bake(args: &BakeArgs, common: Common, progress: &Progress) -> Result<usize> {
+pub(crate) fn bake(args: &BakeArgs, common: Common) -> Result<usize> {
     let Common { quiet, .. } = common;
+    let bars = Bars::terminal();
+    let progress = if quiet { Progress::hidden() } else { Progress::new(Arc::new(bars.clone())) };
     let options = args.resolve(common)?;
     if args.inputs.is_empty() {
         let sample = Input::Bytes(include_bytes!("../../data/sample.glb"), "sample");
-        let report = bake::bake(sample, &args.output, &options, progress)?;
+        let report = bake::bake(sample, &args.output, &options, &progress)?;
         say(quiet, &table(Path::new("sample"), &report))?;
         return Ok(0);
     }
@@ -52,8 +56,8 @@ pub(crate) fn bake(args: &BakeArgs, common: Common, progress: &Progress) -> Resu
     refuse_collisions(&jobs, &options)?;
     let (single, jobs) = (jobs.len() == 1, args.batch.shard().take(jobs));
     let how = args.batch.resolve(rayon::current_num_threads());
-    let done = batch::run(&jobs, &options, how, progress, |job, done| {
-        progress.suspend(|| tell(job, done, single, quiet));
+    let done = batch::run(&jobs, &options, how, &progress, |job, done| {
+        bars.suspend(|| tell(job, done, single, quiet));
     });
     let report = BatchReport::new(&jobs, &done);
     if let Some(path) = &args.batch.json {

@@ -1,6 +1,7 @@
 //! The subcommands. Each returns how many of its inputs failed.
 
 mod bake;
+mod bars;
 mod console;
 mod evaluate;
 mod inspect;
