@@ -37,16 +37,20 @@
 //! - [`warning`] tells what was left out, guessed or mended.
 //! - [`error`] tells whose fault it was.
 //!
+//! # As a library
+//!
+//! Bytes to bytes is [`bake_bytes`], a file to files [`bake`](fn@bake::bake); [`evaluate::compare_assets`]
+//! measures levels from any tool; [`attr::simplify`] takes arrays of your own, and [`texture`] images.
+//!
 //! ```no_run
 //! use std::path::Path;
 //! use seamwise::bake::{Input, bake};
-//! use seamwise::bake::options::BakeOptions;
-//! use seamwise::progress::Progress;
+//! use seamwise::{BakeOptions, progress::Progress};
 //!
 //! let input = Input::File(Path::new("helmet.gltf"));
 //! let report = bake(input, Path::new("out"), &BakeOptions::default(), &Progress::hidden())?;
 //! println!("{}", report.to_table());
-//! # Ok::<(), seamwise::error::Error>(())
+//! # Ok::<(), seamwise::Error>(())
 //! ```
 
 pub mod atlas;
@@ -69,3 +73,12 @@ pub mod screen;
 pub mod surface;
 pub mod transfer;
 pub mod warning;
+
+pub use bake::options::BakeOptions;
+pub use bake::{Baked, BakedFile, bake_bytes};
+pub use error::{Error, Result};
+
+pub use glam;
+pub use image;
+pub use seamwise_attr as attr;
+pub use seamwise_texture as texture;

@@ -63,34 +63,108 @@ pub fn bake(
 ) -> Result<BakeReport> {
     let outputs = input.outputs(folder, options);
     input.refuse_overwriting(&outputs)?;
+    let (baked, sources) = bake_files(input, options, progress)?;
+    let outputs: Vec<PathBuf> = baked.files.iter().map(|file| folder.join(&file.name)).collect();
+    sources.iter().try_for_each(|source| refuse_overwriting(source, &outputs))?;
+    baked.write(folder)?;
+    Ok(baked.report)
+}
+
+/// Bakes the levels of a self-contained .gltf or .glb in memory. `name` is the stem of the files' names.
+///
+/// ```
+/// use seamwise::{BakeOptions, bake_bytes};
+///
+/// # let options = BakeOptions { report: None, evaluate: None, ..BakeOptions::default() };
+/// # let sample = include_bytes!("../../data/sample.glb");
+/// let baked = bake_bytes(sample, "sample", &options)?;
+/// assert_eq!(baked.files[0].name, "sample_lod1.glb");
+/// assert!(baked.report.levels[3].triangles < baked.report.input.triangles / 10);
+///
+/// # let folder = tempfile::tempdir().unwrap();
+/// # let folder = folder.path();
+/// baked.write(folder)?;
+/// assert!(folder.join("sample.json").exists());
+/// # Ok::<(), seamwise::Error>(())
+/// ```
+///
+/// # Errors
+/// As [`bake`](fn@bake), but nothing is written.
+pub fn bake_bytes(bytes: &[u8], name: &str, options: &BakeOptions) -> Result<Baked> {
+    Ok(bake_files(Input::Bytes(bytes, name), options, &Progress::hidden())?.0)
+}
+
+/// The files of a bake, and the report on it.
+#[derive(Debug)]
+pub struct Baked {
+    /// The levels, the finest first, then all of them in one and images beside them, as the options ask for
+    /// it; then the page of the report, if there is to be one.
+    pub files: Vec<BakedFile>,
+    /// The report.
+    pub report: BakeReport,
+    /// The report as a file, which is written last.
+    json: BakedFile,
+}
+
+/// A file of a bake.
+#[derive(Clone, PartialEq, Eq)]
+pub struct BakedFile {
+    /// Its name, which may lead into a folder.
+    pub name: String,
+    /// Its content.
+    pub bytes: Vec<u8>,
+}
+
+impl std::fmt::Debug for BakedFile {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} ({} bytes)", self.name, self.bytes.len())
+    }
+}
+
+impl Baked {
+    /// Writes all files into `folder`, which is made if it is not there, with the report as
+    /// `<stem>.json`: either all of them or none.
+    ///
+    /// # Errors
+    /// [`Error::Io`](crate::error::Error::Io) with the file that can't be written.
+    pub fn write(&self, folder: &Path) -> Result<()> {
+        let place = |file: &BakedFile| folder.join(&file.name);
+        let files: Vec<(PathBuf, &[u8])> =
+            self.files.iter().map(|file| (place(file), &file.bytes[..])).collect();
+        write_recorded(&files, &(place(&self.json), &self.json.bytes[..]))
+    }
+}
+
+/// The files of a bake, and those that its input names.
+fn bake_files(
+    input: Input<'_>,
+    options: &BakeOptions,
+    progress: &Progress,
+) -> Result<(Baked, Vec<PathBuf>)> {
     let progress = &progress.limited(options.time_limit);
     // Before the input is read: if it changes in between, the hash is of what it no longer is.
     let digest = digest(input, options)?;
-    let Baked { mut files, sources, mut report, mut extras } =
-        bake_in_memory(input, options, progress)?;
+    let Levels { mut files, sources, mut report, mut extras } =
+        bake_levels(input, options, progress)?;
     report.digest = digest;
     let stem = input.stem();
     if let Some(page) = options.report {
         if page.threads {
             let again = BakeOptions { report: None, ..options.clone() };
             extras.threads = time_threads(rayon::current_num_threads(), || {
-                bake_in_memory(input, &again, &progress.unseen())
+                bake_levels(input, &again, &progress.unseen())
             })?;
         }
         files.push((format!("{stem}.html"), bake_page(&report, &extras)?.into_bytes()));
     }
     report.files = files.iter().map(|(name, _)| name.clone()).collect();
-    let json = report.to_json()?.into_bytes();
-    let files: Vec<(PathBuf, Vec<u8>)> =
-        files.into_iter().map(|(name, bytes)| (folder.join(name), bytes)).collect();
-    let outputs: Vec<PathBuf> = files.iter().map(|(path, _)| path.clone()).collect();
-    sources.iter().try_for_each(|source| refuse_overwriting(source, &outputs))?;
-    write_recorded(&files, &(input.report(folder), json))?;
-    Ok(report)
+    let files = files.into_iter().map(|(name, bytes)| BakedFile { name, bytes }).collect();
+    let json = BakedFile { name: format!("{stem}.json"), bytes: report.to_json()?.into_bytes() };
+    Ok((Baked { files, report, json }, sources))
 }
 
-/// The result of a bake.
-struct Baked {
+/// Levels as files, before the report on them is complete.
+struct Levels {
     /// Bytes of files by name: the levels, the finest first, then all of them in one, then images
     /// beside them.
     files: Vec<(String, Vec<u8>)>,
@@ -101,7 +175,7 @@ struct Baked {
     extras: Extras,
 }
 
-fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> Result<Baked> {
+fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> Result<Levels> {
     let mut clock = Clock { seconds: Seconds::default(), progress };
     let asset = clock.time("read", |s| &mut s.read, || input.read(options.reading))?;
     let geometries =
@@ -172,7 +246,7 @@ fn bake_in_memory(input: Input<'_>, options: &BakeOptions, progress: &Progress) 
         seconds: clock.seconds,
         peak_memory_bytes: peak_memory(),
     };
-    Ok(Baked { files, sources: input.named_files(&asset, options.reading), report, extras })
+    Ok(Levels { files, sources: input.named_files(&asset, options.reading), report, extras })
 }
 
 /// Adds up the wall time of each stage, and ends a bake between two if its time is over.

@@ -5,6 +5,7 @@
 //! with itself is 0 away from itself in every figure, exactly.
 
 pub mod appearance;
+mod assets;
 pub mod camera;
 pub mod distance;
 mod farthest;
@@ -36,6 +37,7 @@ use seams::seam_bands;
 use views::{Seen, Views};
 use volume::{Measures, Soundness, check_soundness, measure};
 
+pub use assets::compare_assets;
 pub use metrics::{AtSwitch, Metrics, OneSidedDistance, ViewMetrics};
 
 /// How thoroughly to look.

@@ -30,7 +30,7 @@ pub fn refuse_overwriting(input: &Path, outputs: &[PathBuf]) -> Result<()> {
 ///
 /// # Errors
 /// [`Error::Io`] with the file's name.
-pub fn write_files(files: &[(PathBuf, Vec<u8>)]) -> Result<()> {
+pub fn write_files<B: AsRef<[u8]>>(files: &[(PathBuf, B)]) -> Result<()> {
     rename(write_all_beside(files)?)
 }
 
@@ -39,9 +39,9 @@ pub fn write_files(files: &[(PathBuf, Vec<u8>)]) -> Result<()> {
 ///
 /// # Errors
 /// [`Error::Io`] with the file's name.
-pub(crate) fn write_recorded(
-    files: &[(PathBuf, Vec<u8>)],
-    record: &(PathBuf, Vec<u8>),
+pub(crate) fn write_recorded<B: AsRef<[u8]>>(
+    files: &[(PathBuf, B)],
+    record: &(PathBuf, B),
 ) -> Result<()> {
     let written = write_all_beside(files)?;
     let last = write_all_beside(std::slice::from_ref(record))?;
@@ -86,8 +86,8 @@ fn is_left(path: &Path) -> bool {
 /// Files under temporary names, with those that they are to have.
 type Written<'a> = Vec<(&'a PathBuf, NamedTempFile)>;
 
-fn write_all_beside(files: &[(PathBuf, Vec<u8>)]) -> Result<Written<'_>> {
-    files.iter().map(|(path, bytes)| Ok((path, write_beside(path, bytes)?))).collect()
+fn write_all_beside<B: AsRef<[u8]>>(files: &[(PathBuf, B)]) -> Result<Written<'_>> {
+    files.iter().map(|(path, bytes)| Ok((path, write_beside(path, bytes.as_ref())?))).collect()
 }
 
 fn rename(written: Written<'_>) -> Result<()> {

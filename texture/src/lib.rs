@@ -91,3 +91,6 @@ pub use scale::scale_down;
 pub use sharing::charts_share_from;
 pub use validity::Validity;
 pub use wrap::Wrap;
+
+pub use glam;
+pub use image;
