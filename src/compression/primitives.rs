@@ -9,7 +9,7 @@
 //! millions of points in earnest, so what all streams of a file make is held against the memory
 //! limit. A stream that several primitives share is decoded once.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use draco_core::{
     DataType, DecodeLimits, DecoderBuffer, Mesh, MeshDecoder, PointAttribute, PointIndex,
@@ -20,7 +20,7 @@ use serde_json::{Map, Value, json};
 use super::append::append;
 use crate::document::accessor::{self, Elements};
 use crate::document::asset::Asset;
-use crate::document::edit::{aligned, bounds};
+use crate::document::edit::{aligned, bounds, put};
 use crate::document::extensions::{remove_extension, unlist_extension};
 use crate::error::{Error, Result};
 use crate::limit::{Budget, MemoryLimit};
@@ -32,7 +32,7 @@ const NAME: &str = "KHR_draco_mesh_compression";
 const BYTES_PER_ELEMENT: u64 = 128;
 
 /// The part of a stream that an accessor stands for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Part {
     /// An attribute by its number.
     Attribute(u32),
@@ -70,10 +70,12 @@ pub(super) fn expand(asset: &mut Asset, limit: MemoryLimit) -> Result<()> {
     Ok(())
 }
 
-/// Every stream by its view, taken from the primitives.
+/// Every stream by its view, taken from the primitives. An accessor that several parts are to fill, as
+/// writers leave it that merge equal accessors, is copied: the first keeps it.
 fn streams(asset: &mut Asset) -> Result<BTreeMap<usize, Stream>> {
     let mut streams: BTreeMap<usize, Stream> = BTreeMap::new();
-    let mut owners = BTreeMap::new();
+    let mut taken = BTreeSet::new();
+    let mut own_accessors = BTreeMap::new();
     for at in compressed(&asset.json) {
         let own = format!("{at}/extensions/{NAME}");
         let view = asset
@@ -82,12 +84,19 @@ fn streams(asset: &mut Asset) -> Result<BTreeMap<usize, Stream>> {
         let parts = parts(asset, &at)?;
         let stream =
             streams.entry(view).or_insert_with(|| Stream { at: own, parts: BTreeMap::new() });
-        for (accessor, part) in parts {
-            if *owners.entry(accessor).or_insert((view, part)) != (view, part) {
-                let what = "two primitives decode to it, each to something else";
-                return Err(Error::invalid(format!("/accessors/{accessor}"), what));
+        for Filled { reference, accessor, part } in parts {
+            let json = &mut asset.json;
+            let own = *own_accessors.entry((view, part, accessor)).or_insert_with(|| {
+                if taken.insert(accessor) {
+                    return accessor;
+                }
+                let copy = json["accessors"][accessor].clone();
+                put(json, "accessors", None, copy)
+            });
+            if let Some(index) = asset.json.pointer_mut(&reference) {
+                *index = json!(own);
             }
-            stream.parts.insert(accessor, part);
+            stream.parts.insert(own, part);
         }
         if let Some(primitive) = asset.json.pointer_mut(&at) {
             remove_extension(primitive, NAME);
@@ -110,8 +119,16 @@ fn compressed(json: &Value) -> Vec<String> {
     primitives.filter(|at| json.pointer(&format!("{at}/extensions/{NAME}")).is_some()).collect()
 }
 
+/// An accessor of a primitive that a part of its stream fills.
+struct Filled {
+    /// The JSON pointer of what names the accessor.
+    reference: String,
+    accessor: usize,
+    part: Part,
+}
+
 /// The accessors of a primitive that its stream fills.
-fn parts(asset: &Asset, at: &str) -> Result<Vec<(usize, Part)>> {
+fn parts(asset: &Asset, at: &str) -> Result<Vec<Filled>> {
     let mode = asset.json.pointer(&format!("{at}/mode"));
     if mode.is_some_and(|mode| mode != 4 && mode != 5) {
         return Err(Error::invalid(format!("{at}/mode"), "Draco compresses triangles alone"));
@@ -121,14 +138,17 @@ fn parts(asset: &Asset, at: &str) -> Result<Vec<(usize, Part)>> {
         .ok_or_else(|| Error::invalid(at, "a compressed primitive without indices"))?;
     let ids = format!("{at}/extensions/{NAME}/attributes");
     let ids: Map<String, Value> = asset.parse(&ids)?;
-    let mut parts = vec![(indices, Part::Indices)];
+    let (reference, part) = (format!("{at}/indices"), Part::Indices);
+    let mut parts = vec![Filled { reference, accessor: indices, part }];
     for (name, id) in &ids {
         let at = format!("{at}/attributes");
         let fault = |what: &str| Error::invalid(format!("{at}/{name}"), what);
         let accessor = asset.reference(&at, name, "accessors")?;
         let accessor = accessor.ok_or_else(|| fault("it is compressed, and has no accessor"))?;
         let id = id.as_u64().and_then(|id| u32::try_from(id).ok());
-        parts.push((accessor, Part::Attribute(id.ok_or_else(|| fault("its id is no number"))?)));
+        let part = Part::Attribute(id.ok_or_else(|| fault("its id is no number"))?);
+        let reference = format!("{at}/{name}");
+        parts.push(Filled { reference, accessor, part });
     }
     Ok(parts)
 }
@@ -315,6 +335,26 @@ mod tests {
     }
 
     #[test]
+    fn parts_that_share_an_accessor_each_get_their_own_values() {
+        // Two UV sets of one primitive on one accessor, and normals where another has positions.
+        let mut asset = asset(STREAM);
+        let primitives = &mut asset.json["meshes"][0]["primitives"];
+        primitives[0]["attributes"]["TEXCOORD_1"] = json!(3);
+        primitives[0]["extensions"][NAME]["attributes"]["TEXCOORD_1"] = json!(2);
+        primitives[1]["attributes"]["NORMAL"] = json!(1);
+        expand(&mut asset, MemoryLimit::default()).unwrap();
+        let read = |primitive: usize, name: &str| {
+            let at = format!("/meshes/0/primitives/{primitive}/attributes");
+            let index = asset.reference(&at, name, "accessors").unwrap().unwrap();
+            accessor::read(&asset, index, "").unwrap().floats()
+        };
+        assert_eq!(read(0, "TEXCOORD_1"), read(0, "TEXCOORD_0"));
+        assert_eq!(read(1, "NORMAL"), read(0, "NORMAL"));
+        assert_eq!(read(1, "POSITION"), read(0, "POSITION"));
+        assert_ne!(read(1, "POSITION"), read(1, "NORMAL"));
+    }
+
+    #[test]
     fn a_damaged_stream_is_an_error_or_another_mesh_but_no_panic() {
         for length in 0..STREAM.len() {
             let error = error(&mut asset(&STREAM[..length]));
@@ -338,7 +378,6 @@ mod tests {
             (format!("{own}/attributes"), json!(7), own),
             (format!("{own}/attributes/NORMAL"), json!(-1), "/meshes/0/primitives/0/attributes"),
             (format!("{own}/attributes/NORMAL"), json!(9), "/accessors/2"),
-            ("/meshes/0/primitives/1/attributes/NORMAL".to_owned(), json!(1), "/accessors/1"),
             ("/accessors/2/type".to_owned(), json!("VEC2"), "/accessors/2"),
             ("/accessors/0/componentType".to_owned(), json!(5126), "/accessors/0"),
         ] {

@@ -28,12 +28,18 @@ const NAMES: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
 /// 256 equal bytes; no other gives as much for as little.
 const MOST_GROWTH: usize = 1024;
 
-/// Whether a buffer is there only for readers without the extension, and so may lack its bytes.
-pub(crate) fn is_fallback(buffer: &Value) -> bool {
-    NAMES.iter().any(|name| {
-        let fallback = buffer.pointer(&format!("/extensions/{name}/fallback"));
-        fallback.and_then(Value::as_bool) == Some(true)
-    })
+/// Whether a buffer is there only for readers without the extension, and so may lack its bytes: it is
+/// marked as such, or views are in it and all of them are compressed. Most writers leave the mark out.
+pub(crate) fn is_fallback(json: &Value, buffer: usize) -> bool {
+    let has = |object: &Value, key: &str| {
+        NAMES.iter().find_map(|name| object.pointer(&format!("/extensions/{name}{key}")).cloned())
+    };
+    if has(&json["buffers"][buffer], "/fallback") == Some(json!(true)) {
+        return true;
+    }
+    let views = json.get("bufferViews").and_then(Value::as_array).into_iter().flatten();
+    let mut own = views.filter(|view| view["buffer"] == json!(buffer)).peekable();
+    own.peek().is_some() && own.all(|view| has(view, "").is_some())
 }
 
 /// Decodes all views that are compressed, and takes the extension from the document.
@@ -128,7 +134,7 @@ mod tests {
 
     fn decoded(name: &str, stream: &[u8], description: &Value) -> Vec<u8> {
         let mut asset = asset(name, stream, description);
-        assert!(is_fallback(&asset.json["buffers"][1]) && !is_fallback(&asset.json["buffers"][0]));
+        assert!(is_fallback(&asset.json, 1) && !is_fallback(&asset.json, 0));
         expand(&mut asset, MemoryLimit::default()).unwrap();
         let length = asset.buffers[1].len();
         let view = json!({"buffer": 1, "byteOffset": 0, "byteLength": length});
@@ -159,6 +165,18 @@ mod tests {
                 assert_eq!(decoded(name, &sequence, &shape), *bytes);
             }
         }
+    }
+
+    #[test]
+    fn a_buffer_without_a_mark_is_a_fallback_if_all_views_in_it_are_compressed() {
+        let stream = encode_vertex_buffer(&[[1u8; 16]; 50]).unwrap();
+        let shape = json!({"mode": "ATTRIBUTES", "count": 50, "byteStride": 16});
+        let mut asset = asset(NAMES[0], &stream, &shape);
+        asset.json["buffers"][1].as_object_mut().unwrap().remove("extensions");
+        assert!(is_fallback(&asset.json, 1) && !is_fallback(&asset.json, 0));
+        let plain = json!({"buffer": 1, "byteOffset": 0, "byteLength": 4});
+        asset.json["bufferViews"].as_array_mut().unwrap().push(plain);
+        assert!(!is_fallback(&asset.json, 1), "a reader needs its bytes");
     }
 
     #[test]

@@ -277,7 +277,7 @@ fn read_buffer(
     let mut bytes = match (&buffer.uri, chunk) {
         (Some(uri), _) => Resource::of(uri, &at, uri_policy)?.read(&at)?,
         (None, Some(chunk)) if index == 0 => chunk.to_vec(),
-        (None, _) if compression::is_fallback(&asset.json["buffers"][index]) => {
+        (None, _) if compression::is_fallback(&asset.json, index) => {
             return Ok(Vec::new());
         }
         _ => return Err(Error::invalid(at, "it has neither a URI nor the binary chunk")),
