@@ -54,10 +54,14 @@ fn level_part(
     let is_joined = textures.join.is_some();
     let has_tangents = part.primitive.accessor("TANGENT").is_some() && !is_joined;
     let set = textures.tangents.or(has_tangents.then_some(part.normal_uv));
-    let tangents = match set {
+    let mut tangents = match set {
         Some(set) => corners.tangents(&level.mesh, set)?,
         None => Vec::new(),
     };
+    // A normal map that was made anew is made for MikkTSpace, the source's own for its own tangents.
+    if textures.tangents.is_none() {
+        tangents.iter_mut().flatten().for_each(|tangent| tangent.w *= part.tangent_sign);
+    }
     let vertices = split_by_tangent(&corners, &tangents);
     let vertex_sources = sampler.vertex_sources(part, &vertices.wedges);
     let carried: Vec<Named> = part

@@ -10,6 +10,7 @@ use gltf::json::accessor::ComponentType;
 use rustc_hash::FxHashMap;
 use seamwise_attr::{Layout, Vertices, Welded, weld};
 
+use super::handedness::is_flipped;
 use crate::document::accessor::{self, Elements};
 use crate::document::asset::Asset;
 use crate::document::primitive::{Attributes, Primitive, read_checked};
@@ -47,6 +48,8 @@ pub struct Part {
     pub(crate) color: Option<(usize, ComponentType)>,
     /// The UV set of the normal map.
     pub(crate) normal_uv: usize,
+    /// The sign of the file's tangents over that of MikkTSpace's: 1, or −1 if they are flipped.
+    pub(crate) tangent_sign: f32,
 }
 
 impl Geometry {
@@ -159,7 +162,7 @@ impl<'a> Reader<'a> {
     fn add(&mut self, primitive: Primitive) -> Result<()> {
         let positions = primitive.positions(self.asset)?;
         let triangles = primitive.triangles(self.asset, positions.len())?;
-        let part = self.part(primitive, positions.len())?;
+        let part = self.part(primitive, &triangles, positions.len())?;
         self.add_rows(&part)?;
         for vertex in 0..positions.len() {
             self.vertices.motion.push(self.classes.class(part.motion(vertex)));
@@ -173,11 +176,13 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    fn part(&self, primitive: Primitive, count: usize) -> Result<Part> {
+    fn part(&self, primitive: Primitive, triangles: &[[u32; 3]], count: usize) -> Result<Part> {
         let first = u32::try_from(self.vertices.positions.len())
             .ok()
             .filter(|first| first.checked_add(count as u32).is_some())
             .ok_or_else(|| Error::Unsupported { what: "a mesh of 2^32 vertices".into() })?;
+        let normal_uv = normal_uv(self.asset, &primitive)?;
+        let is_flipped = is_flipped(self.asset, &primitive, triangles, (count, normal_uv));
         Ok(Part {
             vertices: count,
             first,
@@ -186,7 +191,8 @@ impl<'a> Reader<'a> {
             color: primitive
                 .elements(self.asset, "COLOR_0", count)?
                 .map(|color| (color.components, color.component)),
-            normal_uv: normal_uv(self.asset, &primitive)?,
+            normal_uv,
+            tangent_sign: if is_flipped { -1.0 } else { 1.0 },
             primitive,
         })
     }

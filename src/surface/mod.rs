@@ -3,4 +3,5 @@
 pub(crate) mod edges;
 pub mod geometry;
 pub mod group;
+mod handedness;
 pub(crate) mod tangents;

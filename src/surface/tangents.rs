@@ -92,6 +92,7 @@ pub(crate) fn source_tangents(
         let own = mesh.groups.iter().zip(&mesh.triangles).zip(&mut tangents);
         for ((_, wedges), corners) in own.filter(|((own, _), _)| **own == group) {
             for (wedge, tangent) in wedges.iter().zip(corners) {
+                tangent.w *= part.tangent_sign;
                 let vertex = surface.welded.wedge_vertices[wedge.index()] - part.first;
                 let stored = Vec4::from_slice(&values[4 * vertex as usize..]);
                 if stored.is_finite() && stored.w * tangent.w > 0.0 {
