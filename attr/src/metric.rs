@@ -166,8 +166,9 @@ impl Metric {
         });
     }
 
-    /// Whether the two sides of an edge differ in group, UV or color. Where normals alone differ, either
-    /// side keeps its own UVs as it is simplified, and those stay together as near as what is left allows.
+    /// Whether the two sides of an edge differ in group, UV, color, or in what the metric does not see,
+    /// as ids. Where normals alone differ, either side keeps its own UVs as it is simplified, and those
+    /// stay together as near as what is left allows.
     fn is_seam(&self, faces: &Faces<'_>, [a, b]: [&Side; 2]) -> bool {
         let layout = self.space.layout;
         let [from, to] = a.0.map(|point| self.positions[point]);
@@ -177,7 +178,9 @@ impl Metric {
             let squares = self.row(own).iter().zip(self.row(other)).map(|(x, y)| (x - y).powi(2));
             let normal = layout.normal()..layout.color();
             let others = squares.enumerate().filter(|(at, _)| !normal.contains(at));
-            own != other && others.map(|(_, square)| square).sum::<f64>() > most
+            // Wedges of one group whose rows are equal are two for their ids alone.
+            let is_unseen = || self.row(own) == self.row(other);
+            own != other && (others.map(|(_, square)| square).sum::<f64>() > most || is_unseen())
         };
         faces.groups[a.1] != faces.groups[b.1] || a.0.into_iter().any(jumps)
     }
