@@ -32,7 +32,7 @@ pub(crate) fn digest(input: Input<'_>, options: &BakeOptions) -> Result<String> 
     add(&mut hasher, format!("{options:?}").as_bytes());
     match input {
         Input::Bytes(bytes, _) => add(&mut hasher, bytes),
-        Input::File(path) => {
+        Input::File(path) | Input::FileAs(path, _) => {
             let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
             add(&mut hasher, &bytes);
             for file in named_files(path, &bytes, allow_outside) {

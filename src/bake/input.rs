@@ -14,6 +14,8 @@ use crate::import::options::{ReadOptions, folder_of};
 pub enum Input<'a> {
     /// A .gltf, .glb, .obj, .ply or .off file.
     File(&'a Path),
+    /// The same, with a name for what is made of it.
+    FileAs(&'a Path, &'a str),
     /// The bytes of a self-contained .gltf or .glb, and a name for what is made of it.
     Bytes(&'a [u8], &'a str),
 }
@@ -22,10 +24,16 @@ impl Input<'_> {
     /// The stem of the outputs' names.
     pub fn stem(&self) -> String {
         match self {
-            Self::File(path) => {
-                path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
-            }
-            Self::Bytes(_, name) => (*name).to_owned(),
+            Self::File(path) => stem(path),
+            Self::FileAs(_, name) | Self::Bytes(_, name) => (*name).to_owned(),
+        }
+    }
+
+    /// The file, if it is one.
+    pub(crate) fn path(&self) -> Option<&Path> {
+        match self {
+            Self::File(path) | Self::FileAs(path, _) => Some(path),
+            Self::Bytes(..) => None,
         }
     }
 
@@ -50,26 +58,25 @@ impl Input<'_> {
     /// # Errors
     /// [`Error::Options`](crate::error::Error::Options) if it would be overwritten.
     pub fn refuse_overwriting(&self, outputs: &[PathBuf]) -> Result<()> {
-        match self {
-            Self::File(path) => refuse_overwriting(path, outputs),
-            Self::Bytes(..) => Ok(()),
-        }
+        self.path().map_or(Ok(()), |path| refuse_overwriting(path, outputs))
     }
 
     /// The files beside the input that it names.
     pub(super) fn named_files(&self, asset: &Asset, options: ReadOptions) -> Vec<PathBuf> {
-        match self {
-            Self::File(path) => {
-                import::document_files(&asset.json, options.uri_policy(folder_of(path)))
-            }
-            Self::Bytes(..) => Vec::new(),
-        }
+        self.path().map_or(Vec::new(), |path| {
+            import::document_files(&asset.json, options.uri_policy(folder_of(path)))
+        })
     }
 
     pub(super) fn read(&self, options: ReadOptions) -> Result<Asset> {
         match self {
-            Self::File(path) => import::read_with(path, options),
+            Self::File(path) | Self::FileAs(path, _) => import::read_with(path, options),
             Self::Bytes(bytes, _) => import::read_bytes_with(bytes, Path::new(""), options),
         }
     }
+}
+
+/// A file's name without its folder and its extension.
+pub(crate) fn stem(path: &Path) -> String {
+    path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }

@@ -2,7 +2,7 @@
 //! the order of the stages.
 
 pub(crate) mod digest;
-mod input;
+pub(crate) mod input;
 pub mod options;
 mod report;
 mod simplify;

@@ -16,7 +16,7 @@ pub(crate) fn input_report(input: Input<'_>, geometries: &[Geometry]) -> InputRe
     let meshes = geometries.iter().map(|geometry| &geometry.welded);
     InputReport {
         file: match input {
-            Input::File(path) => path.display().to_string(),
+            Input::File(path) | Input::FileAs(path, _) => path.display().to_string(),
             Input::Bytes(_, name) => name.to_owned(),
         },
         meshes: geometries.iter().map(|geometry| geometry.meshes.len()).sum(),

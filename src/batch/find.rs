@@ -24,7 +24,7 @@ pub fn find_jobs(inputs: &[PathBuf], output: &Path) -> Result<Vec<Job>> {
             jobs.extend(find_in_folder(input, output)?);
         } else {
             // Whether it is there is found out when its turn comes.
-            jobs.push(Job { folder: output.into(), input: input.clone() });
+            jobs.push(Job::new(output.into(), input.clone()));
         }
     }
     jobs.sort();
@@ -50,7 +50,7 @@ fn find_in_folder(folder: &Path, output: &Path) -> Result<Vec<Job>> {
             _ => continue,
         };
         let place = path.strip_prefix(folder).unwrap_or(path);
-        jobs.push(Job { folder: output.join(folder_of(place)), input: path.into() });
+        jobs.push(Job::new(output.join(folder_of(place)), path.into()));
     }
     if jobs.is_empty() {
         let what = format!("{}: there is no asset in it", folder.display());
@@ -76,7 +76,7 @@ mod tests {
             std::fs::create_dir_all(folder_of(&at(name))).unwrap();
             std::fs::write(at(name), b"").unwrap();
         }
-        let job = |folder: &str, input: &str| Job { folder: at(folder), input: at(input) };
+        let job = |folder: &str, input: &str| Job::new(at(folder), at(input));
         let found = find_jobs(&[at("one.ply"), at("in")], &at("in/out")).unwrap();
         let expected =
             [job("in/out", "in/a.GLTF"), job("in/out", "one.ply"), job("in/out/b", "in/b/a.glb")];

@@ -6,6 +6,7 @@ use serde_json::Value;
 
 use crate::bake::Input;
 use crate::bake::digest::digest;
+use crate::bake::input::stem;
 use crate::bake::options::BakeOptions;
 
 /// An input, and where its outputs go.
@@ -15,17 +16,28 @@ pub struct Job {
     pub folder: PathBuf,
     /// The file.
     pub input: PathBuf,
+    /// What the outputs are called after: the file's stem, unless another input has that.
+    pub name: String,
 }
 
 impl Job {
+    /// An input whose outputs are called after its stem.
+    pub fn new(folder: PathBuf, input: PathBuf) -> Self {
+        Self { name: stem(&input), folder, input }
+    }
+
+    pub(super) fn source(&self) -> Input<'_> {
+        Input::FileAs(&self.input, &self.name)
+    }
+
     /// The files that it writes.
     pub fn outputs(&self, options: &BakeOptions) -> Vec<PathBuf> {
-        Input::File(&self.input).outputs(&self.folder, options)
+        self.source().outputs(&self.folder, options)
     }
 
     /// Whether its outputs are all there, and those of this input, these options and this version.
     pub(super) fn is_done(&self, options: &BakeOptions) -> bool {
-        let input = Input::File(&self.input);
+        let input = self.source();
         let there = self.outputs(options).iter().all(|path| path.is_file());
         there
             && recorded(&input.report(&self.folder)).is_some_and(|(recorded, files)| {

@@ -11,13 +11,13 @@ mod shard;
 use std::any::Any;
 use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
+use crate::bake::bake;
 use crate::bake::options::BakeOptions;
-use crate::bake::{Input, bake};
 use crate::error::{Error, Result};
 use crate::export::disk;
 use crate::progress::Progress;
@@ -30,7 +30,7 @@ pub use shard::Shard;
 /// Removes what runs that were killed left unnamed where the outputs go.
 fn remove_leftovers(jobs: &[Job]) {
     let textures = |job: &Job| {
-        let name = format!("{}_textures", Input::File(&job.input).stem());
+        let name = format!("{}_textures", job.name);
         job.folder.join(name)
     };
     let folders: BTreeSet<PathBuf> =
@@ -67,27 +67,37 @@ pub struct Done {
     pub seconds: f64,
 }
 
-/// Makes sure that no output of a batch overwrites another or an input.
+/// Names the outputs of inputs apart that have one stem, as `<stem>.ply_lod1.glb`: the first keeps the
+/// stem. Makes sure that no output of a batch overwrites another or an input.
 ///
 /// # Errors
 /// [`Error::Options`] with the names of both.
-pub fn refuse_collisions(jobs: &[Job], options: &BakeOptions) -> Result<()> {
-    let mut writers = BTreeMap::new();
-    for job in jobs {
-        for output in job.outputs(options) {
-            if let Some(other) = writers.insert(output.clone(), &job.input) {
+pub fn name_apart(jobs: &mut [Job], options: &BakeOptions) -> Result<()> {
+    let mut writers: BTreeMap<PathBuf, usize> = BTreeMap::new();
+    for at in 0..jobs.len() {
+        let job = &jobs[at];
+        let taken = |job: &Job| {
+            job.outputs(options).into_iter().find_map(|path| Some((*writers.get(&path)?, path)))
+        };
+        if let Some((other, path)) = taken(job) {
+            let whole = job.input.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let renamed = Job { name: whole, ..job.clone() };
+            let is_same =
+                there(&job.input).is_some_and(|own| Some(own) == there(&jobs[other].input));
+            if is_same || taken(&renamed).is_some() {
                 let what = format!(
                     "{} and {} would both write {}: bake them into two folders",
-                    other.display(),
+                    jobs[other].input.display(),
                     job.input.display(),
-                    output.display()
+                    path.display()
                 );
                 return Err(Error::Options { what });
             }
+            jobs[at] = renamed;
         }
+        writers.extend(jobs[at].outputs(options).into_iter().map(|path| (path, at)));
     }
-    let there = |path: &PathBuf| path.canonicalize().ok();
-    let written: BTreeSet<_> = writers.keys().filter_map(there).collect();
+    let written: BTreeSet<_> = writers.keys().filter_map(|path| there(path)).collect();
     let overwritten = |job: &&Job| there(&job.input).is_some_and(|own| written.contains(&own));
     match jobs.iter().find(overwritten) {
         Some(Job { input, .. }) => {
@@ -96,6 +106,11 @@ pub fn refuse_collisions(jobs: &[Job], options: &BakeOptions) -> Result<()> {
         }
         None => Ok(()),
     }
+}
+
+/// A file under the one name that it has for certain, if it is there.
+fn there(path: &Path) -> Option<PathBuf> {
+    path.canonicalize().ok()
 }
 
 /// Bakes each input, several at a time; one that fails does not stop the others. `on_done` is
@@ -149,8 +164,7 @@ fn run_job(job: &Job, options: &BakeOptions, resume: bool, progress: &Progress) 
         Outcome::Skipped
     } else {
         let name = job.input.file_name().unwrap_or_default().to_string_lossy();
-        let run =
-            |progress: &Progress| bake(Input::File(&job.input), &job.folder, options, progress);
+        let run = |progress: &Progress| bake(job.source(), &job.folder, options, progress);
         // A mistake of ours that one input brings to light must not cost the others a night.
         let caught = catch_unwind(AssertUnwindSafe(|| progress.file(&name, run)));
         match caught {
@@ -165,6 +179,26 @@ fn run_job(job: &Job, options: &BakeOptions, resume: bool, progress: &Progress) 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn inputs_of_one_stem_are_named_apart_and_one_that_is_named_twice_is_not() {
+        let root = tempfile::tempdir().unwrap();
+        let jobs = |names: &[&str]| -> Vec<Job> {
+            let job = |name: &&str| Job::new("out".into(), root.path().join(name));
+            names.iter().map(job).collect()
+        };
+        let names = |own: &[&str]| -> Result<Vec<String>> {
+            let mut jobs = jobs(own);
+            name_apart(&mut jobs, &BakeOptions::default())?;
+            Ok(jobs.into_iter().map(|job| job.name).collect())
+        };
+        assert_eq!(names(&["a.glb", "a.ply", "b.ply"]).unwrap(), ["a", "a.ply", "b"]);
+        assert_eq!(names(&["a.glb", "a_lod1.glb"]).unwrap(), ["a", "a_lod1.glb"]);
+        assert_eq!(names(&["a.glb", "a.gltf", "a.obj"]).unwrap(), ["a", "a.gltf", "a.obj"]);
+        std::fs::write(root.path().join("a.glb"), b"").unwrap();
+        assert!(names(&["a.glb", "a.glb"]).unwrap_err().to_string().contains("both write"));
+        assert!(names(&["a.glb", "x/a.glb", "y/a.glb"]).is_err(), "a whole name may be taken too");
+    }
 
     #[test]
     fn a_panic_is_quoted() {

@@ -46,7 +46,7 @@ mod tests {
 
     #[test]
     fn every_input_is_in_exactly_one_part() {
-        let job = |n: usize| Job { folder: "out".into(), input: n.to_string().into() };
+        let job = |n: usize| Job::new("out".into(), n.to_string().into());
         let jobs: Vec<Job> = (0..11).map(job).collect();
         let part = |text: &str| text.parse::<Shard>().unwrap().take(jobs.clone());
         let mut all = [part("1/3"), part("2/3"), part("3/3")].concat();

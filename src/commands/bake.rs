@@ -7,7 +7,7 @@ use anyhow::{Result, bail};
 use serde::Serialize;
 
 use seamwise::bake::{self, Input};
-use seamwise::batch::{self, Done, Job, Outcome, find_jobs, refuse_collisions};
+use seamwise::batch::{self, Done, Job, Outcome, find_jobs, name_apart};
 use seamwise::export::disk::write_files;
 use seamwise::progress::Progress;
 use seamwise::report::BakeReport;
@@ -52,8 +52,8 @@ pub(crate) fn bake(args: &BakeArgs, common: Common) -> Result<usize> {
         say(quiet, &table(Path::new("sample"), &report))?;
         return Ok(0);
     }
-    let jobs = find_jobs(&args.inputs, &args.output)?;
-    refuse_collisions(&jobs, &options)?;
+    let mut jobs = find_jobs(&args.inputs, &args.output)?;
+    name_apart(&mut jobs, &options)?;
     let (single, jobs) = (jobs.len() == 1, args.batch.shard().take(jobs));
     let how = args.batch.resolve(rayon::current_num_threads());
     let done = batch::run(&jobs, &options, how, &progress, |job, done| {
