@@ -12,6 +12,7 @@ use serde_json::{Value, json};
 use super::stride::by_stride;
 use crate::document::asset::Asset;
 use crate::document::extensions::require_extension;
+use crate::document::references::property_views;
 use crate::error::{Error, Result};
 
 /// The extension.
@@ -61,13 +62,14 @@ impl Use {
 /// # Errors
 /// [`Error::Invalid`] if a view runs past the buffer.
 pub(crate) fn squeeze(asset: &Asset) -> Result<Asset> {
-    let uses = uses(asset);
+    let (uses, properties) = (uses(asset), property_views(&asset.json));
     let mut json = asset.json.clone();
     let (mut bytes, mut decoded) = (Vec::new(), 0usize);
     for (index, own) in uses.into_iter().enumerate() {
         let plain = asset.view(index)?.0;
         let stream = encode(plain, own)?.filter(|(stream, _)| stream.len() < plain.len());
-        bytes.resize(usize::next_multiple_of(bytes.len(), 4), 0);
+        let alignment = if properties.contains(&index) { 8 } else { 4 };
+        bytes.resize(usize::next_multiple_of(bytes.len(), alignment), 0);
         let start = bytes.len();
         let view = &mut json["bufferViews"][index];
         let Some((stream, stride)) = stream else {

@@ -43,8 +43,7 @@ const SOURCES: [&str; 2] = ["EXT_texture_webp", "KHR_texture_basisu"];
 /// what surfaces use takes all.
 ///
 /// # Errors
-/// [`Error::Invalid`] if a texture, sampler or image that it names is not there;
-/// [`Error::Unsupported`] if a texture has no image that this version reads.
+/// [`Error::Invalid`] if a texture, sampler or image that it names is not there.
 pub fn slots(asset: &Asset, material: usize) -> Result<Vec<TextureSlot>> {
     let at = format!("/materials/{material}");
     let mut found = Vec::new();
@@ -90,16 +89,13 @@ fn slots_at(asset: &Asset, at: &str) -> Result<Vec<TextureSlot>> {
     Ok(sources(asset, &texture)?.into_iter().map(slot).collect())
 }
 
-/// The images of a texture, the preferred one first.
-fn sources(asset: &Asset, texture: &str) -> Result<Vec<usize>> {
+/// The images of a texture, the preferred one first; none at all if it names none that can be read,
+/// which is then no texture.
+pub(crate) fn sources(asset: &Asset, texture: &str) -> Result<Vec<usize>> {
     let extended = SOURCES.map(|name| format!("{texture}/extensions/{name}"));
     let mut images = Vec::new();
     for at in extended.iter().map(String::as_str).chain([texture]) {
         images.extend(asset.reference(at, "source", "images")?);
-    }
-    if images.is_empty() {
-        let what = format!("{texture}: a texture without a PNG, JPEG, WebP or KTX2 image");
-        return Err(Error::Unsupported { what });
     }
     Ok(images)
 }

@@ -1,10 +1,12 @@
 //! A glTF document in memory: read as what it means, and edited.
 
 pub mod accessor;
+pub(crate) mod animation;
 pub mod asset;
 pub(crate) mod edit;
 pub(crate) mod extensions;
 pub(crate) mod instances;
+pub(crate) mod known_extensions;
 pub mod material;
 pub(crate) mod nodes;
 pub mod primitive;

@@ -11,25 +11,11 @@ use serde_json::{Value, json};
 
 use super::asset::Asset;
 use super::edit::{Packer, drop_from};
+use super::known_extensions::known;
 use super::material::slots;
 use crate::error::Result;
 use crate::image_file::codec::encode;
 use crate::image_file::encoded::ImageFormat;
-
-/// Extensions beside those of materials whose references to materials, textures and images are known,
-/// if they have any.
-const KNOWN: [&str; 10] = [
-    "EXT_mesh_gpu_instancing",
-    "EXT_meshopt_compression",
-    "EXT_texture_webp",
-    "KHR_draco_mesh_compression",
-    "KHR_lights_punctual",
-    "KHR_mesh_quantization",
-    "KHR_meshopt_compression",
-    "KHR_texture_basisu",
-    "KHR_texture_transform",
-    "KHR_xmp_json_ld",
-];
 
 /// Textures and images that only some materials use.
 #[derive(Debug, Default, PartialEq, Eq)]
@@ -95,7 +81,7 @@ fn is_known(json: &Value) -> bool {
     used.into_iter()
         .flatten()
         .filter_map(Value::as_str)
-        .all(|name| name.starts_with("KHR_materials_") || KNOWN.contains(&name))
+        .all(|name| known(name).is_some_and(|known| !known.holds_indices))
 }
 
 fn list<'a>(json: &'a mut Value, name: &str) -> &'a mut [Value] {

@@ -51,7 +51,20 @@ pub(crate) fn collect_accessors(json: &Value, found: &mut BTreeSet<usize>) {
     }
 }
 
-/// Every buffer view that the document refers to, by the key that all references to one have.
+/// The buffer views of property tables (`EXT_structural_metadata`), each aligned to eight bytes.
+pub(crate) fn property_views(json: &Value) -> BTreeSet<usize> {
+    let tables = json.pointer("/extensions/EXT_structural_metadata/propertyTables");
+    let tables = tables.and_then(Value::as_array).into_iter().flatten();
+    let properties = tables.filter_map(|table| table.get("properties")?.as_object());
+    let properties = properties.flat_map(Map::values);
+    properties
+        .flat_map(|own| ["values", "arrayOffsets", "stringOffsets"].map(|key| own.get(key)))
+        .filter_map(|view| Some(view?.as_u64()? as usize))
+        .collect()
+}
+
+/// Every buffer view that the document refers to, by the key that all references to one have but those
+/// of property tables.
 pub(crate) fn used_views(json: &Value) -> BTreeSet<usize> {
     fn collect(json: &Value, views: &mut BTreeSet<usize>) {
         match json {
@@ -69,7 +82,7 @@ pub(crate) fn used_views(json: &Value) -> BTreeSet<usize> {
             _ => {}
         }
     }
-    let mut views = BTreeSet::new();
+    let mut views = property_views(json);
     collect(json, &mut views);
     views
 }
@@ -78,6 +91,19 @@ pub(crate) fn used_views(json: &Value) -> BTreeSet<usize> {
 mod tests {
     use super::*;
     use serde_json::json;
+
+    #[test]
+    fn views_of_accessors_images_and_property_tables_are_found() {
+        let table = json!({"class": "tree", "count": 2, "properties": {
+            "height": {"values": 4}, "name": {"values": 5, "stringOffsets": 6}}});
+        let json = json!({
+            "accessors": [{"bufferView": 0, "sparse": {"indices": {"bufferView": 1}, "values": {"bufferView": 2}}}],
+            "images": [{"bufferView": 3}],
+            "extensions": {"EXT_structural_metadata": {"propertyTables": [table]}},
+        });
+        assert_eq!(used_views(&json).into_iter().collect::<Vec<_>>(), [0, 1, 2, 3, 4, 5, 6]);
+        assert_eq!(property_views(&json).into_iter().collect::<Vec<_>>(), [4, 5, 6]);
+    }
 
     #[test]
     fn accessors_of_animations_skins_and_instances_are_found() {

@@ -7,13 +7,16 @@ use rustc_hash::FxHashMap;
 use serde_json::{Value, json};
 
 use super::files::OutputOptions;
-use super::lod_nodes::{Layout, Shown, add_levels, add_suffix, place_on_grid, push};
+use super::lod_nodes::{
+    Layout, Shown, add_levels, add_suffix, animate_levels, place_on_grid, push,
+};
 use super::materials::{add_level_materials, replace_textures};
 use super::vertex_pool::{Shared, SharedParts};
 use crate::document::accessor::{Elements, Named};
 use crate::document::asset::Asset;
 use crate::document::edit::Packer;
-use crate::document::extensions::name_extension;
+use crate::document::extensions::{drop_unused_extension, name_extension, remove_extension};
+use crate::document::known_extensions::lost_with_geometry;
 use crate::document::nodes::world_nodes;
 use crate::document::primitive::Primitive;
 use crate::document::prune::prune;
@@ -59,6 +62,7 @@ pub fn level_asset(asset: &Asset, level: &AssetLevel<'_>) -> Result<Asset> {
     }
     let merged = textures.merged.iter().flat_map(|own| &own.materials);
     prune(&mut packer, &merged.copied().collect())?;
+    lost_with_geometry().for_each(|name| drop_unused_extension(packer.json(), name));
     Ok(packer.finish())
 }
 
@@ -162,6 +166,10 @@ fn add_meshes(
             shown[mesh].push(Shown { mesh: index, grid: surface.grid });
         }
     }
+    for (mesh, shown) in shown.iter().enumerate() {
+        let levels: Vec<usize> = shown.iter().filter_map(|level| level.mesh).collect();
+        animate_levels(packer.json(), ("meshes", mesh), &levels);
+    }
     Ok(shown)
 }
 
@@ -253,11 +261,8 @@ fn with_geometry(source: &Value, geometry: Value) -> Result<Value> {
     };
     object.extend(geometry);
     object.shift_remove("mode");
-    if let Some(extensions) = object.get_mut("extensions").and_then(Value::as_object_mut) {
-        extensions.shift_remove("KHR_draco_mesh_compression");
-        if extensions.is_empty() {
-            object.shift_remove("extensions");
-        }
+    for name in lost_with_geometry().chain(["KHR_draco_mesh_compression"]) {
+        remove_extension(&mut json, name);
     }
     Ok(json)
 }

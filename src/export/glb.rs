@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 use crate::document::asset::Asset;
 use crate::document::edit::put;
 use crate::document::material::match_formats;
+use crate::document::references::property_views;
 use crate::error::{Error, Result};
 
 /// An asset as one self-contained .glb.
@@ -47,8 +48,9 @@ pub(crate) fn container(joined: Asset) -> Result<Vec<u8>> {
 pub(crate) fn join_buffers(asset: &Asset, beside: Option<&[String]>) -> Result<Asset> {
     let mut json = asset.json.clone();
     let mut bytes = Vec::new();
-    let mut append = |data: &[u8]| {
-        bytes.resize(usize::next_multiple_of(bytes.len(), 4), 0);
+    let properties = property_views(&asset.json);
+    let mut append = |data: &[u8], alignment: usize| {
+        bytes.resize(usize::next_multiple_of(bytes.len(), alignment), 0);
         let start = bytes.len();
         bytes.extend_from_slice(data);
         start
@@ -65,7 +67,8 @@ pub(crate) fn join_buffers(asset: &Asset, beside: Option<&[String]>) -> Result<A
         };
         let view = &mut json["bufferViews"][index];
         view["buffer"] = json!(0);
-        view["byteOffset"] = json!(append(data));
+        let alignment = if properties.contains(&index) { 8 } else { 4 };
+        view["byteOffset"] = json!(append(data, alignment));
         view["byteLength"] = json!(data.len());
     }
     // What is missing stays what its URI names.
@@ -74,7 +77,7 @@ pub(crate) fn join_buffers(asset: &Asset, beside: Option<&[String]>) -> Result<A
             (_, Some(_)) => Value::Null,
             (Some(view), None) => json!(view),
             (None, None) => {
-                let view = json!({"buffer": 0, "byteOffset": append(&image.bytes),
+                let view = json!({"buffer": 0, "byteOffset": append(&image.bytes, 4),
                     "byteLength": image.bytes.len()});
                 json!(put(&mut json, "bufferViews", None, view))
             }

@@ -6,6 +6,7 @@
 
 use serde_json::{Map, Value, json};
 
+use crate::document::animation::{channels, moves, retarget, sets_weights};
 use crate::document::extensions::remove_extension;
 use crate::error::{Error, Result};
 use crate::level::quantize::Grid;
@@ -67,7 +68,7 @@ fn link_levels(json: &mut Value, node: usize, levels: &[Shown]) -> Result<usize>
         add_suffix(&mut copy, level + 1);
         ids.push(add_level(json, copy, *shown)?);
     }
-    animate_levels(json, node, &ids);
+    animate_levels(json, ("nodes", node), &ids);
     json["nodes"][node]["extensions"]["MSFT_lod"] = json!({"ids": ids});
     Ok(node)
 }
@@ -87,7 +88,7 @@ fn group_levels(json: &mut Value, node: usize, levels: &[Shown]) -> Result<usize
         add_child(json, node, id);
         ids.push(id);
     }
-    animate_levels(json, finest, &ids);
+    animate_levels(json, ("nodes", finest), &ids);
     Ok(finest)
 }
 
@@ -118,39 +119,40 @@ fn hoist_mesh(json: &mut Value, node: usize, name: Option<String>) -> Result<usi
     let mut child = Map::new();
     child.extend(name.map(|name| ("name".to_owned(), json!(name))));
     let parent = &mut json["nodes"][node];
-    let instances = remove_extension(parent, "EXT_mesh_gpu_instancing");
+    let mut extensions = Map::new();
+    for name in OF_INSTANCES {
+        extensions.extend(remove_extension(parent, name).map(|own| (name.to_owned(), own)));
+    }
     let parent = parent
         .as_object_mut()
         .ok_or_else(|| Error::invalid(format!("/nodes/{node}"), "not an object"))?;
     for key in ["mesh", "skin", "weights"] {
         child.extend(parent.shift_remove(key).map(|value| (key.to_owned(), value)));
     }
-    if let Some(instances) = instances {
-        child.insert("extensions".into(), json!({"EXT_mesh_gpu_instancing": instances}));
+    if !extensions.is_empty() {
+        child.insert("extensions".into(), Value::Object(extensions));
     }
     let child = push(json, "nodes", Value::Object(child))?;
     add_child(json, node, child);
-    for channel in channels(json).flatten() {
-        let target = &mut channel["target"];
-        if target["node"] == json!(node) && target["path"] == "weights" {
-            target["node"] = json!(child);
-        }
+    for channel in channels(json).flatten().filter(|own| sets_weights(own, "nodes", node)) {
+        retarget(channel, child);
     }
     Ok(child)
 }
 
-/// Lets the levels of a node follow the animations of its morph weights.
-fn animate_levels(json: &mut Value, node: usize, levels: &[usize]) {
+/// Extensions of a node that belong to its mesh.
+const OF_INSTANCES: [&str; 2] = ["EXT_mesh_gpu_instancing", "EXT_instance_features"];
+
+/// Lets the levels of an object follow the animations of its morph weights. The object is in `list`,
+/// `nodes` or `meshes`, and so are they.
+pub(crate) fn animate_levels(json: &mut Value, (list, object): (&str, usize), levels: &[usize]) {
     for channels in channels(json) {
-        let is_own = |channel: &&Value| {
-            let target = &channel["target"];
-            target["node"] == json!(node) && target["path"] == "weights"
-        };
-        let own: Vec<Value> = channels.iter().filter(is_own).cloned().collect();
+        let own: Vec<Value> =
+            channels.iter().filter(|own| sets_weights(own, list, object)).cloned().collect();
         for (mut channel, level) in
             own.iter().cloned().flat_map(|c| levels.iter().map(move |&l| (c.clone(), l)))
         {
-            channel["target"]["node"] = json!(level);
+            retarget(&mut channel, level);
             channels.push(channel);
         }
     }
@@ -158,15 +160,7 @@ fn animate_levels(json: &mut Value, node: usize, levels: &[usize]) {
 
 /// Whether an animation moves a node; that of its morph weights does not.
 fn is_moved(json: &mut Value, node: usize) -> bool {
-    channels(json).flatten().any(|channel| {
-        channel["target"]["node"] == json!(node) && channel["target"]["path"] != "weights"
-    })
-}
-
-/// The channels of each animation.
-fn channels(json: &mut Value) -> impl Iterator<Item = &mut Vec<Value>> {
-    let animations = json.get_mut("animations").and_then(Value::as_array_mut);
-    animations.into_iter().flatten().filter_map(|a| a.get_mut("channels")?.as_array_mut())
+    channels(json).flatten().any(|channel| moves(channel, node))
 }
 
 fn name_of(json: &Value, node: usize) -> Option<String> {
@@ -250,6 +244,29 @@ mod tests {
         json["animations"][0]["channels"][1]["target"]["node"] = json!(1);
         let linked = add_levels(&mut json, 1, &meshes(&[7]), Layout::MsftLod).unwrap();
         assert_eq!((linked, &json["nodes"][1]["children"]), (2, &json!([2])));
+    }
+
+    #[test]
+    fn an_animation_by_pointers_moves_levels_as_one_by_numbers_does() {
+        let mut json = document();
+        let by = |pointer: &str| {
+            json!({"target": {"path": "pointer", "extensions": {"KHR_animation_pointer": {
+                "pointer": pointer}}}})
+        };
+        json["nodes"][1]["extensions"] = json!({"KHR_node_visibility": {"visible": false}});
+        json["animations"] = json!([{"channels": [
+            by("/nodes/1/extensions/KHR_node_visibility/visible"), by("/nodes/1/weights/0"),
+        ]}]);
+        let linked = add_levels(&mut json, 1, &meshes(&[7]), Layout::MsftLod).unwrap();
+        assert_eq!((linked, &json["nodes"][1]["children"]), (2, &json!([2])));
+        assert!(json["nodes"][1]["extensions"].get("KHR_node_visibility").is_some());
+        let channels = json["animations"][0]["channels"].as_array().unwrap();
+        let expected = [
+            by("/nodes/1/extensions/KHR_node_visibility/visible"),
+            by("/nodes/2/weights/0"),
+            by("/nodes/3/weights/0"),
+        ];
+        assert_eq!(channels[..], expected);
     }
 
     #[test]
