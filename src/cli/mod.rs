@@ -144,6 +144,10 @@ pub(crate) struct ReadingArgs {
     /// white, or flat for normals. What is written still names them, to be put beside it.
     #[arg(long)]
     allow_missing: bool,
+    /// Go on, with a warning, where a document requires an extension that is not known: it is kept as it
+    /// is, and what it says of geometry or textures is not read.
+    #[arg(long)]
+    allow_unknown: bool,
     #[command(flatten)]
     outside: OutsideArgs,
 }
@@ -153,7 +157,8 @@ impl ReadingArgs {
     pub(crate) fn resolve(&self, common: Common) -> ReadOptions {
         let Common { memory_limit, strict, .. } = common;
         let allow_outside = self.outside.allow_outside;
-        ReadOptions { memory_limit, allow_missing: self.allow_missing, allow_outside, strict }
+        let Self { allow_missing, allow_unknown, .. } = *self;
+        ReadOptions { memory_limit, allow_missing, allow_outside, allow_unknown, strict }
     }
 }
 
@@ -217,6 +222,7 @@ impl BakeArgs {
             reading: self.reading.resolve(common),
             time_limit: self.time_limit,
             output: self.files.resolve()?,
+            allow_empty: false,
         })
     }
 }

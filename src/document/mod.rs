@@ -5,6 +5,7 @@ pub(crate) mod animation;
 pub mod asset;
 pub(crate) mod edit;
 pub(crate) mod extensions;
+pub(crate) mod features;
 pub(crate) mod instances;
 pub(crate) mod known_extensions;
 pub mod material;

@@ -65,6 +65,8 @@ pub(crate) fn join_buffers(asset: &Asset, beside: Option<&[String]>) -> Result<A
             (Some(image), None) => asset.images[image].bytes.as_slice(),
             (None, _) => asset.view(index)?.0,
         };
+        // No view may be empty; one that is holds nothing that is used.
+        let data = if data.is_empty() { &[0; 4] } else { data };
         let view = &mut json["bufferViews"][index];
         view["buffer"] = json!(0);
         let alignment = if properties.contains(&index) { 8 } else { 4 };

@@ -1,50 +1,40 @@
 //! Files to [`Asset`]: .gltf and .glb here, other formats by their extensions in `format`.
 
 mod builder;
+mod check;
+mod data_uri;
 mod format;
 mod images;
+mod mend;
 mod mtl;
+mod normals;
 mod obj;
 mod off;
 pub mod options;
 mod ply;
 mod polygon;
+mod resources;
 mod text;
 mod uri;
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-use gltf::json;
 use serde_json::Value;
 
 use crate::compression;
 use crate::document::asset::Asset;
+use crate::document::features::number_vertices;
 use crate::error::{Error, Result};
-use crate::image_file::encoded::{EncodedImage, ImageFormat};
 use crate::limit::Budget;
+use crate::warning::Warnings;
+use check::{check_extensions, check_shape, check_version};
 use format::Format;
+use mend::{mend_textures, mend_views};
+use normals::mend_normals;
 use options::{ReadOptions, folder_of};
+use resources::{read_buffer, read_image};
 use uri::{Resource, UriPolicy};
-
-/// Required extensions that leave geometry and textures as core glTF has them, that the accessor
-/// layer reads, or that are made plain at reading.
-const SUPPORTED: &[&str] = &[
-    "EXT_mesh_features",
-    "EXT_mesh_gpu_instancing",
-    "EXT_meshopt_compression",
-    "EXT_texture_webp",
-    #[cfg(feature = "draco")]
-    "KHR_draco_mesh_compression",
-    "KHR_lights_punctual",
-    "KHR_materials_pbrSpecularGlossiness",
-    "KHR_materials_variants",
-    "KHR_mesh_quantization",
-    "KHR_meshopt_compression",
-    "KHR_texture_basisu",
-    "KHR_texture_transform",
-    "MSFT_lod",
-];
 
 /// Bytes of a GLB's own header and that of its first chunk.
 const GLB_HEADERS: usize = 20;
@@ -115,7 +105,7 @@ pub fn read_bytes_with(bytes: &[u8], folder: &Path, options: ReadOptions) -> Res
     let mut asset = read_document(bytes, folder, options)?;
     let mut budget = Budget::of(options.memory_limit);
     for index in 0..asset.count("images") {
-        let image = read_image(&asset, index, folder, options)?;
+        let image = read_image(&mut asset, index, folder, options)?;
         let fault = |what| Error::invalid(format!("/images/{index}"), what);
         budget.take("all image files", image.bytes.len() as u64).map_err(fault)?;
         asset.images.push(image);
@@ -127,24 +117,30 @@ pub fn read_bytes_with(bytes: &[u8], folder: &Path, options: ReadOptions) -> Res
 
 /// Reads the document and its buffers, and makes plain what is compressed in them.
 fn read_document(bytes: &[u8], folder: &Path, options: ReadOptions) -> Result<Asset> {
-    let (json, chunk) = parse(bytes)?;
+    let mut warnings = Warnings::default();
+    let (json, chunk) = parse(bytes, &mut warnings)?;
     check_version(&json)?;
     check_shape(&json)?;
-    check_extensions(&json)?;
-    let mut asset = Asset { json, ..Asset::default() };
+    check_extensions(&json, options.allow_unknown, &mut warnings)?;
+    let mut asset = Asset { json, warnings, ..Asset::default() };
     let mut budget = Budget::of(options.memory_limit);
     for index in 0..asset.count("buffers") {
-        let buffer = read_buffer(&asset, index, chunk.as_deref(), options.uri_policy(folder))?;
+        let policy = options.uri_policy(folder);
+        let buffer = read_buffer(&mut asset, index, chunk.as_deref(), policy)?;
         let fault = |what| Error::invalid(format!("/buffers/{index}"), what);
         budget.take("all buffers", buffer.len() as u64).map_err(fault)?;
         asset.buffers.push(buffer);
     }
+    mend_views(&mut asset);
     compression::expand(&mut asset, options.memory_limit)?;
+    mend_textures(&mut asset);
+    mend_normals(&mut asset, options.memory_limit)?;
+    number_vertices(&mut asset);
     Ok(asset)
 }
 
 /// The document, and the binary chunk if there is one.
-fn parse(bytes: &[u8]) -> Result<(Value, Option<Cow<'_, [u8]>>)> {
+fn parse<'a>(bytes: &'a [u8], warnings: &mut Warnings) -> Result<(Value, Option<Cow<'a, [u8]>>)> {
     let (json, chunk) = if bytes.starts_with(b"glTF") {
         let invalid = |what: String| Error::invalid("the GLB container", what);
         if bytes.len() < GLB_HEADERS || length_of(bytes) < GLB_HEADERS {
@@ -157,8 +153,20 @@ fn parse(bytes: &[u8]) -> Result<(Value, Option<Cow<'_, [u8]>>)> {
     } else {
         (bytes.into(), None)
     };
-    let json = serde_json::from_slice(&json)
-        .map_err(|error| Error::invalid("the JSON document", error.to_string()))?;
+    let at = "the JSON document";
+    let mut text = &json[..];
+    if let Some(rest) = text.strip_prefix(b"\xef\xbb\xbf") {
+        warnings.add(at, "it begins with a byte order mark, which is skipped; save it without one");
+        text = rest;
+    }
+    let end = text.iter().rposition(|&byte| byte != 0 && !byte.is_ascii_whitespace());
+    let (own, padding) = text.split_at(end.map_or(0, |last| last + 1));
+    if padding.contains(&0) {
+        warnings.add(at, "it ends in zeros, which are skipped; fill its chunk with spaces");
+        text = own;
+    }
+    let json =
+        serde_json::from_slice(text).map_err(|error| Error::invalid(at, error.to_string()))?;
     Ok((json, chunk))
 }
 
@@ -168,14 +176,15 @@ pub(crate) fn named_files(path: &Path, bytes: &[u8], allow_outside: bool) -> Vec
     if let Some(format) = Format::of(path) {
         return format.named_files(bytes, uri_policy);
     }
-    parse(bytes).map_or(Vec::new(), |(json, _)| document_files(&json, uri_policy))
+    let parsed = parse(bytes, &mut Warnings::default());
+    parsed.map_or(Vec::new(), |(json, _)| document_files(&json, uri_policy))
 }
 
 /// The files that a document names and may.
 pub(crate) fn document_files(json: &Value, uri_policy: UriPolicy<'_>) -> Vec<PathBuf> {
     let list = |name: &str| json.get(name).and_then(Value::as_array).into_iter().flatten();
     let uris = list("buffers").chain(list("images")).filter_map(|object| object["uri"].as_str());
-    let file = |uri| match Resource::of(uri, "", uri_policy) {
+    let file = |uri| match Resource::of(uri, "", uri_policy, &mut Warnings::default()) {
         Ok(Resource::File(path)) => Some(path),
         _ => None,
     };
@@ -187,140 +196,13 @@ fn length_of(glb: &[u8]) -> usize {
     u32::from_le_bytes([glb[8], glb[9], glb[10], glb[11]]) as usize
 }
 
-fn check_version(json: &Value) -> Result<()> {
-    match json.pointer("/asset/version").and_then(Value::as_str) {
-        Some(version) if version.starts_with("2.") => Ok(()),
-        Some(version) => Err(Error::Unsupported { what: format!("glTF version {version}") }),
-        None => Err(Error::invalid("/asset/version", "there is none: not a glTF document")),
-    }
-}
-
-/// Checks that lists are lists and objects are objects wherever a later stage changes them.
-fn check_shape(json: &Value) -> Result<()> {
-    let lists = [
-        "accessors",
-        "animations",
-        "bufferViews",
-        "buffers",
-        "images",
-        "materials",
-        "meshes",
-        "nodes",
-        "samplers",
-        "scenes",
-        "skins",
-        "textures",
-    ];
-    for list in lists {
-        check_objects(json, list, "")?;
-    }
-    for key in ["extensionsUsed", "extensionsRequired"] {
-        if json.get(key).is_some_and(|names| !names.is_array()) {
-            return Err(Error::invalid(format!("/{key}"), "not a list"));
-        }
-    }
-    for (index, mesh) in json["meshes"].as_array().into_iter().flatten().enumerate() {
-        let at = format!("/meshes/{index}");
-        check_objects(mesh, "primitives", &at)?;
-        for (part, primitive) in mesh["primitives"].as_array().into_iter().flatten().enumerate() {
-            check_objects(primitive, "targets", &format!("{at}/primitives/{part}"))?;
-        }
-    }
-    for (index, node) in json["nodes"].as_array().into_iter().flatten().enumerate() {
-        if node.get("children").is_some_and(|children| !children.is_array()) {
-            return Err(Error::invalid(format!("/nodes/{index}/children"), "not a list"));
-        }
-    }
-    Ok(())
-}
-
-/// Checks that what stands under `key`, if anything, is a list of objects, and that their
-/// extensions are objects.
-fn check_objects(parent: &Value, key: &str, at: &str) -> Result<()> {
-    let Some(list) = parent.get(key) else {
-        return Ok(());
-    };
-    let at = format!("{at}/{key}");
-    let list = list.as_array().ok_or_else(|| Error::invalid(&at, "not a list"))?;
-    for (index, object) in list.iter().enumerate() {
-        if !object.is_object() {
-            return Err(Error::invalid(format!("{at}/{index}"), "not an object"));
-        }
-        if object.get("extensions").is_some_and(|extensions| !extensions.is_object()) {
-            return Err(Error::invalid(format!("{at}/{index}/extensions"), "not an object"));
-        }
-    }
-    Ok(())
-}
-
-fn check_extensions(json: &Value) -> Result<()> {
-    let required = json.get("extensionsRequired").and_then(Value::as_array);
-    for name in required.into_iter().flatten() {
-        let name = name
-            .as_str()
-            .ok_or_else(|| Error::invalid("/extensionsRequired", "names must be strings"))?;
-        if !SUPPORTED.contains(&name) && !name.starts_with("KHR_materials_") {
-            return Err(Error::Unsupported { what: format!("the required extension {name}") });
-        }
-    }
-    Ok(())
-}
-
-fn read_buffer(
-    asset: &Asset,
-    index: usize,
-    chunk: Option<&[u8]>,
-    uri_policy: UriPolicy<'_>,
-) -> Result<Vec<u8>> {
-    let at = format!("/buffers/{index}");
-    let buffer: json::Buffer = asset.parse(&at)?;
-    let mut bytes = match (&buffer.uri, chunk) {
-        (Some(uri), _) => Resource::of(uri, &at, uri_policy)?.read(&at)?,
-        (None, Some(chunk)) if index == 0 => chunk.to_vec(),
-        (None, _) if compression::is_fallback(&asset.json, index) => {
-            return Ok(Vec::new());
-        }
-        _ => return Err(Error::invalid(at, "it has neither a URI nor the binary chunk")),
-    };
-    let length = usize::try_from(buffer.byte_length.0).unwrap_or(usize::MAX);
-    if bytes.len() < length {
-        let what = format!("{length} bytes announced, {} there", bytes.len());
-        return Err(Error::invalid(at, what));
-    }
-    bytes.truncate(length);
-    Ok(bytes)
-}
-
-fn read_image(
-    asset: &Asset,
-    index: usize,
-    folder: &Path,
-    options: ReadOptions,
-) -> Result<EncodedImage> {
-    let at = format!("/images/{index}");
-    let uri = asset.json.pointer(&at).and_then(|image| image.get("uri")).and_then(Value::as_str);
-    let bytes = match (uri, asset.reference(&at, "bufferView", "bufferViews")?) {
-        (Some(uri), _) => {
-            let resource = Resource::of(uri, &at, options.uri_policy(folder))?;
-            if options.allow_missing && resource.is_missing() {
-                return Ok(EncodedImage::missing());
-            }
-            resource.read(&at)?
-        }
-        (None, Some(view)) => asset.view(view)?.0.to_vec(),
-        (None, None) => {
-            return Err(Error::invalid(at, "it has neither a URI nor a buffer view"));
-        }
-    };
-    let format = ImageFormat::detect(&bytes).ok_or_else(|| Error::Unsupported {
-        what: format!("{at}: an image that is no PNG, JPEG, WebP or KTX2"),
-    })?;
-    Ok(EncodedImage { bytes: bytes.into(), format })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A material whose texture has the first image.
+    const TEXTURED: &str =
+        r#""materials": [{"normalTexture": {"index": 0}}], "textures": [{"source": 0}]"#;
 
     fn error(json: &str) -> String {
         read_bytes(json.as_bytes(), Path::new("")).unwrap_err().to_string()
@@ -336,15 +218,18 @@ mod tests {
     #[test]
     fn a_missing_image_is_put_up_with_if_that_is_asked_for_and_a_missing_buffer_never() {
         let options = ReadOptions { allow_missing: true, ..ReadOptions::default() };
-        let json = r#"{"asset": {"version": "2.0"}, "images": [{"uri": "not%20there.png"}]}"#;
+        let json = format!(
+            r#"{{"asset": {{"version": "2.0"}}, {TEXTURED}, "images": [{{"uri": "not%20there.png"}}]}}"#
+        );
         let asset = read_bytes_with(json.as_bytes(), Path::new(""), options).unwrap();
         let said: Vec<String> = asset.warnings.iter().map(ToString::to_string).collect();
         assert!(said[0].starts_with("/images/0/uri: not%20there.png is not there"), "{said:?}");
         let strict = ReadOptions { strict: true, ..options };
         let error = read_bytes_with(json.as_bytes(), Path::new(""), strict).unwrap_err();
         assert!(error.to_string().contains("--strict"), "{error}");
-        let json =
-            json.replace("images", "buffers").replace("\"uri\"", "\"byteLength\": 1, \"uri\"");
+        let json = r#"{"asset": {"version": "2.0"}, "accessors": [{"bufferView": 0}],
+            "bufferViews": [{"buffer": 0, "byteLength": 1}],
+            "buffers": [{"byteLength": 1, "uri": "not%20there.bin"}]}"#;
         let error = read_bytes_with(json.as_bytes(), Path::new(""), options).unwrap_err();
         assert!(error.to_string().starts_with("/buffers/0/uri"), "{error}");
     }
@@ -362,11 +247,89 @@ mod tests {
         assert!(with(r#""extensionsRequired": ["EXT_of_tomorrow"]"#).contains("EXT_of_tomorrow"));
         assert!(with(r#""nodes": [{}, {"extensions": 5}]"#).starts_with("/nodes/1/extensions"));
         assert!(with(r#""meshes": [{"primitives": [7]}]"#).starts_with("/meshes/0/primitives/0"));
-        assert!(with(r#""buffers": [{"byteLength": 9}]"#).starts_with("/buffers/0"));
+        let view =
+            r#""accessors": [{"bufferView": 0}], "bufferViews": [{"buffer": 0, "byteLength": 9}]"#;
+        assert!(
+            with(&format!(r#"{view}, "buffers": [{{"byteLength": 9}}]"#)).starts_with("/buffers/0")
+        );
+        let short = r#""buffers": [{"byteLength": 9, "uri": "data:;base64,AQID"}]"#;
+        assert!(with(&format!("{view}, {short}")).contains("9 bytes announced, 3 there"));
+        let with = |rest: &str| with(&format!("{TEXTURED}, {rest}"));
         let missing = with(r#""images": [{"uri": "not%20there.png"}]"#);
         assert!(missing.starts_with("/images/0/uri") && missing.contains("not there.png"));
         let empty = "/images/0: an image that is no PNG";
         assert!(with(r#""images": [{"uri": "data:;base64,"}]"#).contains(empty));
         assert!(with(r#""images": [{"bufferView": 4}]"#).starts_with("/images/0/bufferView"));
+    }
+
+    fn warned(json: &str) -> (Asset, Vec<String>) {
+        let asset = read_bytes(json.as_bytes(), Path::new("")).unwrap();
+        let said = asset.warnings.iter().map(ToString::to_string).collect();
+        (asset, said)
+    }
+
+    #[test]
+    fn what_is_broken_and_unused_or_means_one_thing_alone_is_a_warning() {
+        for (rest, place) in [
+            (r#""buffers": [{"byteLength": 9}]"#, "/buffers/0: "),
+            (r#""buffers": [{"byteLength": 9, "uri": "not_there.bin"}]"#, "/buffers/0: "),
+            (r#""buffers": [{"byteLength": 9, "uri": "data:;base64,AQID"}]"#, "/buffers/0: "),
+            (r#""buffers": [{"byteLength": 2, "uri": "data:;base64,AQI"}]"#, "/buffers/0/uri: "),
+            (r#""bufferViews": [{"buffer": 3, "byteLength": 1}]"#, "/bufferViews/0: "),
+            (r#""images": [{"uri": "not_there.png"}]"#, "/images/0: "),
+            (r#""images": [{"uri": "data:,no"}], "textures": [{"source": 0}]"#, "/images/0: "),
+            (r#""textures": [{}]"#, "/textures/0: "),
+        ] {
+            let (asset, said) = warned(&format!(r#"{{"asset": {{"version": "2.0"}}, {rest}}}"#));
+            assert!(said.len() == 1 && said[0].starts_with(place), "{rest}: {said:?}");
+            let glb = crate::export::glb::to_glb(&asset).unwrap();
+            assert!(read_bytes(&glb, Path::new("")).is_ok(), "{rest}");
+        }
+        let mark = "\u{feff}{\"asset\": {\"version\": \"2.0\"}}";
+        assert!(
+            warned(mark).1[0].starts_with("the JSON document: it begins with a byte order mark")
+        );
+        let (asset, said) = warned(
+            r#"{"asset": {"version": "2.0"}, "buffers": [{"byteLength": 2, "uri": "data:,ab"}]}"#,
+        );
+        assert_eq!((&asset.buffers[0][..], said.is_empty()), (&b"ab"[..], true));
+    }
+
+    #[test]
+    fn backslashes_lead_to_the_file_that_slashes_do_unless_there_is_one_of_that_name() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::create_dir(folder.path().join("a")).unwrap();
+        std::fs::write(folder.path().join("a/b.bin"), b"12").unwrap();
+        let read = || {
+            let json = r#"{"asset": {"version": "2.0"},
+                "buffers": [{"byteLength": 2, "uri": "a%5Cb.bin"}]}"#;
+            read_bytes(json.as_bytes(), folder.path()).unwrap()
+        };
+        assert_eq!((&read().buffers[0][..], read().warnings.iter().count()), (&b"12"[..], 1));
+        std::fs::write(folder.path().join("a\\b.bin"), b"34").unwrap();
+        assert_eq!((&read().buffers[0][..], read().warnings.is_empty()), (&b"34"[..], true));
+    }
+
+    #[test]
+    fn what_is_required_passes_if_it_does_not_touch_what_changes_or_is_allowed() {
+        let read = |name: &str, allow_unknown: bool| {
+            let json = format!(
+                r#"{{"asset": {{"version": "2.0"}}, "extensionsUsed": ["{name}"],
+                    "extensionsRequired": ["{name}"]}}"#
+            );
+            let options = ReadOptions { allow_unknown, ..ReadOptions::default() };
+            read_bytes_with(json.as_bytes(), Path::new(""), options)
+        };
+        for name in ["KHR_node_visibility", "CESIUM_RTC", "KHR_materials_of_tomorrow"] {
+            let asset = read(name, false).unwrap();
+            assert_eq!(asset.json["extensionsRequired"][0], name);
+            assert!(asset.warnings.is_empty());
+        }
+        for name in ["EXT_of_tomorrow", "CESIUM_primitive_outline", "MSFT_texture_dds"] {
+            let error = read(name, false).unwrap_err().to_string();
+            assert!(error.contains(name) && error.contains("--allow-unknown"), "{error}");
+            let warnings = read(name, true).unwrap().warnings;
+            assert!(warnings.iter().any(|warning| warning.what.contains(name)), "{warnings:?}");
+        }
     }
 }

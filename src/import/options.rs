@@ -15,6 +15,9 @@ pub struct ReadOptions {
     /// Whether the asset may name files outside its folder. Names are judged as they are written: a
     /// link in the folder is followed wherever it leads.
     pub allow_outside: bool,
+    /// Whether the asset may require extensions that are not known: they are kept as they are, with a
+    /// warning.
+    pub allow_unknown: bool,
     /// Whether a warning is an error; see [`Warnings::refuse_if`].
     ///
     /// [`Warnings::refuse_if`]: crate::warning::Warnings::refuse_if

@@ -11,9 +11,9 @@
 
 use std::path::{Path, PathBuf};
 
-use base64::Engine;
-
+use super::data_uri::DataUri;
 use crate::error::Error;
+use crate::warning::Warnings;
 
 /// The policy on the files that an asset names.
 #[derive(Clone, Copy, Debug)]
@@ -43,6 +43,13 @@ impl UriPolicy<'_> {
             }
         }
         Ok(self.folder.join(path))
+    }
+
+    /// The file of a name with slashes for its backslashes, if that is there and `path`, that of the name
+    /// as it is, is not.
+    fn with_slashes(self, name: &str, path: &Path) -> Option<PathBuf> {
+        let other = name.contains('\\').then(|| self.file(&name.replace('\\', "/")))?.ok()?;
+        (!path.exists() && other.exists()).then_some(other)
     }
 
     /// The file of a URI with the scheme `file`, which is always absolute; `rest` follows the scheme.
@@ -93,16 +100,19 @@ pub(crate) enum Resource {
 }
 
 impl Resource {
-    /// The resource that the URI of the object at `at` names.
-    pub(crate) fn of(uri: &str, at: &str, uri_policy: UriPolicy<'_>) -> Result<Self, Error> {
+    /// The resource that the URI of the object at `at` names. Warns of what is read as if it were right.
+    pub(crate) fn of(
+        uri: &str,
+        at: &str,
+        uri_policy: UriPolicy<'_>,
+        warnings: &mut Warnings,
+    ) -> Result<Self, Error> {
         let at = || format!("{at}/uri");
         if let Some(data) = uri.strip_prefix("data:") {
-            let Some((_, data)) = data.split_once(";base64,") else {
-                let what = format!("{}: a data URI without base64", at());
-                return Err(Error::Unsupported { what });
-            };
-            let data = base64::engine::general_purpose::STANDARD.decode(data);
-            return data.map(Self::Data).map_err(|error| Error::invalid(at(), error.to_string()));
+            let DataUri { bytes, mended } =
+                DataUri::read(data).map_err(|what| Error::invalid(at(), what))?;
+            mended.into_iter().for_each(|what| warnings.add(at(), what));
+            return Ok(Self::Data(bytes));
         }
         let name = percent_encoding::percent_decode_str(uri)
             .decode_utf8()
@@ -114,7 +124,14 @@ impl Resource {
             Some((_, rest)) if rest.starts_with("//") => {
                 return Err(Error::Unsupported { what: format!("{}: fetching {uri}", at()) });
             }
-            _ => uri_policy.file(&name),
+            _ => uri_policy.file(&name).map(|path| match uri_policy.with_slashes(&name, &path) {
+                Some(other) => {
+                    let what = "its backslashes are taken for slashes; write slashes";
+                    warnings.add(at(), what);
+                    other
+                }
+                None => path,
+            }),
         };
         path.map(Self::File).map_err(|what| Error::invalid(at(), what))
     }

@@ -6,6 +6,7 @@ use seamwise_texture::{Role, Wrap};
 
 use super::layout::{ChartGroup, ImageUse, SharedReason, SourceReading, faces};
 use crate::document::asset::Asset;
+use crate::document::features::has_textures;
 use crate::document::material::{TextureSlot, main_role, textures_of};
 use crate::document::primitive::Primitive;
 use crate::error::Result;
@@ -49,6 +50,7 @@ pub(super) struct Used {
     is_missing: bool,
     beyond_charts: bool,
     lacks_uvs: bool,
+    has_ids: bool,
 }
 
 impl Used {
@@ -87,7 +89,7 @@ impl Used {
     }
 
     /// The reason why it can't be made anew in any layout, if there is one.
-    pub(super) fn unfit(&self, is_tangled: impl Fn() -> bool) -> Option<SharedReason> {
+    fn unfit(&self, is_tangled: impl Fn() -> bool) -> Option<SharedReason> {
         if !self.is_used {
             Some(SharedReason::NotWorn)
         } else if self.is_missing {
@@ -103,8 +105,14 @@ impl Used {
         }
     }
 
+    /// Why it can't be made anew in a new layout.
+    pub(super) fn fixed(&self) -> Option<SharedReason> {
+        let fixed = self.unfit(|| self.is_tangled());
+        fixed.or_else(|| self.has_ids.then_some(SharedReason::Ids))
+    }
+
     /// Whether triangles read it in several ways.
-    pub(super) fn is_tangled(&self) -> bool {
+    fn is_tangled(&self) -> bool {
         let mut groups: Vec<_> = self.charts.iter().map(|c| (c.surface, c.group)).collect();
         groups.sort_unstable();
         groups.windows(2).any(|pair| pair[0] == pair[1])
@@ -141,6 +149,7 @@ pub(super) fn uses(
             for slot in textures_of(asset, &part.primitive, materials)? {
                 uses[slot.image].add(slot);
                 uses[slot.image].add_charts(index, group, slot, &surface.welded.mesh);
+                uses[slot.image].has_ids |= has_textures(asset, &part.primitive);
             }
         }
     }

@@ -94,6 +94,9 @@ pub enum SharedReason {
     /// The same triangles read it, or another image that they use too, in several ways.
     #[error("the same triangles read it, or another image with it, in several ways")]
     ConflictingUvs,
+    /// Ids or properties are read in a texture by the UVs of the same triangles.
+    #[error("ids in a texture need the UVs as they are")]
+    Ids,
 }
 
 /// A normal map for materials that have none, in the layout of another of their images.

@@ -8,6 +8,7 @@ use serde_json::{Map, Value, json};
 use super::layout::{MergeGroup, UvLayout};
 use super::merged_material::{MaterialInputs, PLACES, layout};
 use crate::document::asset::Asset;
+use crate::document::features::has_textures;
 use crate::document::material::{TextureSlot, materials_of};
 use crate::document::primitive::Primitive;
 use crate::error::Result;
@@ -34,6 +35,9 @@ pub enum NotMerged {
     /// The triangles that use it lack the UVs, or have more sets of them than levels are made of.
     #[error("what uses it has no UVs for it")]
     NoCharts,
+    /// Ids or properties are read in a texture by the UVs of what uses it.
+    #[error("ids in a texture need the UVs of what uses it")]
+    Ids,
     /// No other has its alpha mode, cutoff, sides and extensions.
     #[error("no other agrees with it in alpha mode, sides and extensions")]
     Alone,
@@ -120,6 +124,8 @@ fn fixed(asset: &Asset, surfaces: &[Geometry]) -> Result<BTreeMap<usize, NotMerg
         let materials = materials_of(asset, &part.primitive)?;
         if materials.len() > 1 {
             fixed.extend(materials.into_iter().map(|material| (material, NotMerged::Variants)));
+        } else if has_textures(asset, &part.primitive) {
+            fixed.extend(materials.into_iter().map(|material| (material, NotMerged::Ids)));
         }
     }
     Ok(fixed)

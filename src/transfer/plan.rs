@@ -91,7 +91,7 @@ impl Plan {
 
     /// A plan with a new layout for each set of images that triangles use together.
     fn anew(uses: &[Used]) -> Self {
-        let shared = uses.iter().map(|used| used.unfit(|| used.is_tangled())).collect();
+        let shared = uses.iter().map(Used::fixed).collect();
         let mut plan = Self { shared, ..Self::default() };
         for images in used_together(uses) {
             if images.iter().any(|&image| plan.shared[image].is_some()) {

@@ -47,6 +47,7 @@ fn error(path: &Path) -> String {
 }
 
 const ALLOWED: ReadOptions = ReadOptions {
+    allow_unknown: false,
     memory_limit: seamwise::limit::MemoryLimit::of_bytes(1 << 26),
     allow_missing: false,
     strict: false,
