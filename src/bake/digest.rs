@@ -24,8 +24,8 @@ use crate::import::options::ReadOptions;
 pub(crate) fn digest(input: Input<'_>, options: &BakeOptions) -> Result<String> {
     // What decides only whether there are outputs.
     let allow_outside = options.reading.allow_outside;
-    let options =
-        BakeOptions { reading: ReadOptions::default(), time_limit: None, ..options.clone() };
+    let reading = ReadOptions::default();
+    let options = BakeOptions { reading, time_limit: None, allow_empty: false, ..options.clone() };
     let mut hasher = Hasher::new();
     add(&mut hasher, env!("CARGO_PKG_VERSION").as_bytes());
     // Floats are printed with all their digits, and a new option counts without being named here.

@@ -8,6 +8,7 @@ use crate::error::Result;
 use crate::export::disk::refuse_overwriting;
 use crate::import;
 use crate::import::options::{ReadOptions, folder_of};
+use crate::warning::Warnings;
 
 /// The source of an asset.
 #[derive(Clone, Copy, Debug)]
@@ -51,6 +52,20 @@ impl Input<'_> {
     /// The file that a bake writes its report into.
     pub(crate) fn report(&self, folder: &Path) -> PathBuf {
         folder.join(format!("{}.json", self.stem()))
+    }
+
+    /// Warns if the outputs are called after another name than the file's stem.
+    pub(super) fn warn_of_name(&self, warnings: &mut Warnings) {
+        if let Self::FileAs(path, name) = *self
+            && name != stem(path)
+        {
+            let what = format!(
+                "another input has the stem `{}` too: the outputs are called after `{name}`; bake them into \
+                 two folders to keep it",
+                stem(path)
+            );
+            warnings.add("its name", what);
+        }
     }
 
     /// Makes sure that this input is not among the outputs.

@@ -7,6 +7,7 @@ pub mod options;
 mod report;
 mod simplify;
 pub mod steering;
+mod unsimplified;
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
@@ -40,6 +41,7 @@ pub use input::Input;
 use options::{BakeOptions, Textures};
 use report::{input_report, level_reports};
 use simplify::{polish_all, simplify_all};
+use unsimplified::{Surfaces, warn_of_whole_levels};
 
 /// Bakes the levels of one asset into `folder`: `<stem>_lod1.glb` and so on, `<stem>.glb` with all
 /// of them, or what `options.output` has instead; `<stem>.json` with what was measured, and `<stem>.html` with the same in charts and
@@ -180,6 +182,8 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
     let asset = clock.time("read", |s| &mut s.read, || input.read(options.reading))?;
     let geometries =
         clock.time("weld", |s| &mut s.weld, || weld_all(&asset, options.reading.memory_limit))?;
+    let mut warnings = asset.warnings.clone();
+    let surfaces = Surfaces::check(&asset, &geometries, options, &mut warnings)?;
     let steering = options.steering.resolve(&asset, &geometries, options.reading.memory_limit)?;
     let simplify = || simplify_all(&geometries, &steering, options, progress);
     let mut chains = clock.time("simplify", |s| &mut s.simplify, simplify)?;
@@ -217,8 +221,9 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
         let measure = || evaluate_all(&asset, &levels, options, &mut cache, progress);
         clock.time("evaluate", |s| &mut s.evaluate, measure)
     };
-    let measured = options.evaluation().map(measure).transpose()?;
-    if options.report.is_some() {
+    let is_shown = surfaces == Surfaces::Shown;
+    let measured = options.evaluation().filter(|_| is_shown).map(measure).transpose()?;
+    if options.report.is_some() && is_shown {
         let draw = || draw_all(&asset, &levels, &mut cache, progress);
         extras.gallery = Some(clock.time("report", |s| &mut s.report, draw)?);
         let draw = || draw_level_textures(&levels, &images, options.reading.memory_limit);
@@ -231,16 +236,19 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
         options.output.encode(&input.stem(), &documents)
     };
     let files = clock.time("write", |s| &mut s.write, encode)?;
-    let warnings = asset.warnings.clone();
+    let levels = level_reports(&asset, &assembled, &chains, &steering, options, measured.as_ref());
+    let input_report = input_report(input, &geometries);
+    input.warn_of_name(&mut warnings);
+    warn_of_whole_levels(&levels, input_report.triangles, &options.targets, &mut warnings);
     warnings.refuse_if(options.reading.strict)?;
     let report = BakeReport {
         schema: 1,
         digest: String::new(),
         files: Vec::new(),
-        input: input_report(input, &geometries),
+        input: input_report,
         warnings,
         screen: options.screen,
-        levels: level_reports(&asset, &assembled, &chains, &steering, options, measured.as_ref()),
+        levels,
         meshes: mesh_reports(&asset, &geometries, &chains),
         materials,
         seconds: clock.seconds,

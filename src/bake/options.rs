@@ -40,6 +40,9 @@ pub struct BakeOptions {
     pub time_limit: Option<Duration>,
     /// The files that levels are written to, and their form.
     pub output: OutputOptions,
+    /// Whether an asset in which there is nothing, not even a point, is baked as it is, as one among many;
+    /// else it is an error.
+    pub allow_empty: bool,
 }
 
 /// Options of the page of a bake beyond its results.
@@ -71,6 +74,7 @@ impl Default for BakeOptions {
             reading: ReadOptions::default(),
             time_limit: None,
             output: OutputOptions::default(),
+            allow_empty: false,
         }
     }
 }

@@ -19,7 +19,7 @@ pub(crate) fn simplify_all(
     progress: &Progress,
 ) -> Result<Vec<Vec<Level>>> {
     let least = options.targets.counts(triangle_count(geometries)).last().copied();
-    let to_remove = least.map_or(0, |least| triangle_count(geometries) - least);
+    let to_remove = least.map_or(0, |least| triangle_count(geometries).saturating_sub(least));
     let simplify = |removed: &AtomicUsize| match options.budget_per {
         BudgetPer::Scene if geometries.len() > 1 => {
             together(geometries, steering, options, removed)

@@ -45,7 +45,7 @@ pub(crate) fn bake(args: &BakeArgs, common: Common) -> Result<usize> {
     let Common { quiet, .. } = common;
     let bars = Bars::terminal();
     let progress = if quiet { Progress::hidden() } else { Progress::new(Arc::new(bars.clone())) };
-    let options = args.resolve(common)?;
+    let mut options = args.resolve(common)?;
     if args.inputs.is_empty() {
         let sample = Input::Bytes(include_bytes!("../../data/sample.glb"), "sample");
         let report = bake::bake(sample, &args.output, &options, &progress)?;
@@ -54,6 +54,8 @@ pub(crate) fn bake(args: &BakeArgs, common: Common) -> Result<usize> {
     }
     let mut jobs = find_jobs(&args.inputs, &args.output)?;
     name_apart(&mut jobs, &options)?;
+    // Among others there is something to write, and a batch is whole.
+    options.allow_empty = jobs.len() > 1;
     let (single, jobs) = (jobs.len() == 1, args.batch.shard().take(jobs));
     let how = args.batch.resolve(rayon::current_num_threads());
     let done = batch::run(&jobs, &options, how, &progress, |job, done| {

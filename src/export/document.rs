@@ -135,6 +135,7 @@ pub fn chain_asset(
     }
     if layout == Layout::MsftLod {
         name_extension(packer.json(), "MSFT_lod");
+        drop_unused_extension(packer.json(), "MSFT_lod");
     }
     Ok(packer.finish())
 }

@@ -13,22 +13,19 @@ use super::edges::{Point, point};
 use super::geometry::{Geometry, Part, check_size, is_motion};
 use crate::document::asset::Asset;
 use crate::document::nodes::world_nodes;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::limit::MemoryLimit;
 
-/// Every surface of an asset, welded, in the order of their first meshes.
+/// Every surface of an asset, welded, in the order of their first meshes; none if it has no triangles.
 ///
 /// # Errors
-/// [`Error::Invalid`] if there is none, one can't be read, or all take more memory than `limit`.
+/// [`Error::Invalid`] if one can't be read, or all take more memory than `limit`.
 pub fn weld_all(asset: &Asset, limit: MemoryLimit) -> Result<Vec<Geometry>> {
     check_size(asset, limit)?;
     let meshes = 0..asset.count("meshes");
     let read: Vec<Option<Geometry>> =
         meshes.into_par_iter().map(|mesh| Geometry::read(asset, &[mesh])).collect::<Result<_>>()?;
     let mut alone: Vec<Geometry> = read.into_iter().flatten().collect();
-    if alone.is_empty() {
-        return Err(Error::invalid("/meshes", "there is not a single triangle to simplify"));
-    }
     let several: Vec<Vec<usize>> =
         bordering(&alone, &places(asset)?).into_iter().filter(|meshes| meshes.len() > 1).collect();
     let joined: FxHashSet<usize> = several.iter().flatten().copied().collect();

@@ -48,10 +48,15 @@ impl Output {
         let required = known.get_mut("extensionsRequired").and_then(Value::as_array_mut);
         if let Some(required) = required {
             let beyond = [
+                "CESIUM_RTC",
                 "EXT_mesh_features",
+                "EXT_of_tomorrow",
+                "EXT_structural_metadata",
                 "EXT_texture_webp",
                 "KHR_mesh_quantization",
+                "KHR_node_visibility",
                 "KHR_texture_basisu",
+                "KHR_xmp_json_ld",
             ];
             required.retain(|extension| beyond.iter().all(|name| extension != name));
         }
