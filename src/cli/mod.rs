@@ -144,10 +144,6 @@ pub(crate) struct ReadingArgs {
     /// white, or flat for normals. What is written still names them, to be put beside it.
     #[arg(long)]
     allow_missing: bool,
-    /// Go on, with a warning, where a document requires an extension that is not known: it is kept as it
-    /// is, and what it says of geometry or textures is not read.
-    #[arg(long)]
-    allow_unknown: bool,
     #[command(flatten)]
     outside: OutsideArgs,
 }
@@ -156,8 +152,8 @@ impl ReadingArgs {
     /// The options that these arguments give.
     pub(crate) fn resolve(&self, common: Common) -> ReadOptions {
         let Common { memory_limit, strict, .. } = common;
-        let allow_outside = self.outside.allow_outside;
-        let Self { allow_missing, allow_unknown, .. } = *self;
+        let (allow_missing, OutsideArgs { allow_outside, allow_unknown }) =
+            (self.allow_missing, self.outside);
         ReadOptions { memory_limit, allow_missing, allow_outside, allow_unknown, strict }
     }
 }

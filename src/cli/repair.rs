@@ -125,7 +125,7 @@ impl RepairArgs {
     /// The options that these arguments give, with those that all jobs share.
     pub(crate) fn resolve(&self, common: Common) -> RepairOptions {
         let Common { memory_limit, strict, .. } = common;
-        let allow_outside = self.outside.allow_outside;
+        let OutsideArgs { allow_outside, allow_unknown } = self.outside;
         let alone = self.mesh.is_none() && self.mask.is_none();
         let default = if alone { Background::Auto } else { Background::None };
         RepairOptions {
@@ -147,7 +147,13 @@ impl RepairArgs {
             keep_padding: self.keep_padding.into(),
             equalize: self.equalize_seams.then(equalize::Options::default),
             encoding: EncodeOptions { quality: self.quality, png: self.png },
-            reading: ReadOptions { memory_limit, allow_outside, strict, ..ReadOptions::default() },
+            reading: ReadOptions {
+                memory_limit,
+                allow_outside,
+                allow_unknown,
+                strict,
+                ..ReadOptions::default()
+            },
         }
     }
 }
