@@ -52,6 +52,7 @@ impl Output {
                 "EXT_mesh_features",
                 "EXT_of_tomorrow",
                 "EXT_structural_metadata",
+                "KHR_lights_punctual",
                 "EXT_texture_webp",
                 "KHR_mesh_quantization",
                 "KHR_node_visibility",
@@ -70,6 +71,8 @@ impl Output {
             if let Some(source) = source {
                 texture.insert("source".to_owned(), source);
             }
+            // The crate knows no texture without one, which glTF does.
+            texture.entry("source").or_insert(Value::from(0));
         }
         let known = super::build::glb(known.to_string().as_bytes(), &bin);
         let gltf = gltf::Gltf::from_slice(&known).unwrap_or_else(|e| panic!("{name}: {e:?}"));
