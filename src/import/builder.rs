@@ -1,8 +1,11 @@
 //! A glTF document put together from plain lists.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
 
+use super::finite::recompute_normals;
+use super::offset::offset;
+use super::part::{Part, Vertices};
 use crate::document::asset::Asset;
 use crate::image_file::encoded::EncodedImage;
 use crate::warning::Warnings;
@@ -12,32 +15,13 @@ const FLOAT: u32 = 5126;
 /// glTF's number for a 32-bit unsigned integer.
 const UNSIGNED_INT: u32 = 5125;
 
-/// The attributes of a primitive's vertices; a list is empty where they lack it.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Vertices {
-    pub(super) positions: Vec<[f32; 3]>,
-    pub(super) normals: Vec<[f32; 3]>,
-    /// UVs, v downward.
-    pub(super) uvs: Vec<[f32; 2]>,
-    /// RGBA in linear light.
-    pub(super) colors: Vec<[f32; 4]>,
-}
-
-/// Triangles of one material.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Part {
-    pub(super) vertices: Vertices,
-    pub(super) triangles: Vec<u32>,
-    /// Its number in the document; matte and white if there is none.
-    pub(super) material: Option<usize>,
-}
-
 /// A document that grows.
 #[derive(Debug)]
 pub(super) struct Document {
     json: Value,
     bytes: Vec<u8>,
     images: Vec<EncodedImage>,
+    meshes: Vec<(String, Vec<Part>)>,
     pub(super) warnings: Warnings,
     /// The material of what has none.
     plain: Option<usize>,
@@ -50,6 +34,7 @@ impl Document {
             json,
             bytes: Vec::new(),
             images: Vec::new(),
+            meshes: Vec::new(),
             warnings: Warnings::default(),
             plain: None,
         }
@@ -85,17 +70,25 @@ impl Document {
         }
     }
 
-    /// Adds a mesh and the node that shows it.
-    pub(super) fn add_mesh(&mut self, name: &str, parts: &[Part]) {
-        let primitives: Vec<Value> = parts.iter().map(|part| self.primitive(part)).collect();
-        let mesh = self.add("meshes", json!({"name": name, "primitives": primitives}));
-        let node = self.add("nodes", json!({"name": name, "mesh": mesh}));
-        if let Some(roots) = self.json["scenes"][0]["nodes"].as_array_mut() {
-            roots.push(json!(node));
-        }
+    /// Adds a mesh, which a node is to show.
+    pub(super) fn add_mesh(&mut self, name: &str, parts: Vec<Part>) {
+        self.meshes.push((name.to_owned(), parts));
     }
 
     pub(super) fn into_asset(mut self) -> Asset {
+        let mut meshes = std::mem::take(&mut self.meshes);
+        meshes.iter_mut().flat_map(|(_, parts)| parts).for_each(Part::drop_unplaced);
+        let offset = offset(meshes.iter().flat_map(|(_, parts)| parts));
+        if let Some([x, y, z]) = offset.map(|offset| offset.to_array()) {
+            let what = format!(
+                "they are too far from 0 for floats: {x} {y} {z} is in the translation of their \
+                 nodes and in `extras.offset`; write local coordinates to have none"
+            );
+            self.warnings.add("all positions", what);
+        }
+        for (name, parts) in meshes {
+            self.write_mesh(&name, parts, offset);
+        }
         self.add("buffers", json!({"byteLength": self.bytes.len()}));
         Asset {
             json: self.json,
@@ -105,9 +98,29 @@ impl Document {
         }
     }
 
-    fn primitive(&mut self, part: &Part) -> Value {
-        let Vertices { positions, normals, uvs, colors } = &part.vertices;
-        let mut attributes = json!({"POSITION": self.accessor(positions, "VEC3")});
+    /// A mesh and the node that shows it, moved by what is taken off its positions.
+    fn write_mesh(&mut self, name: &str, parts: Vec<Part>, offset: Option<DVec3>) {
+        let origin = offset.unwrap_or_default();
+        let primitives: Vec<Value> =
+            parts.into_iter().map(|part| self.primitive(part, origin)).collect();
+        let mesh = self.add("meshes", json!({"name": name, "primitives": primitives}));
+        let mut node = json!({"name": name, "mesh": mesh});
+        if let Some(offset) = offset.map(|offset| offset.to_array()) {
+            node["translation"] = json!(offset);
+            node["extras"] = json!({"offset": offset});
+        }
+        let node = self.add("nodes", node);
+        if let Some(roots) = self.json["scenes"][0]["nodes"].as_array_mut() {
+            roots.push(json!(node));
+        }
+    }
+
+    fn primitive(&mut self, part: Part, origin: DVec3) -> Value {
+        let Vertices { positions, mut normals, uvs, colors } = part.vertices;
+        recompute_normals(&positions, &part.triangles, &mut normals);
+        let local = |position| (DVec3::from_array(position) - origin).as_vec3().to_array();
+        let positions: Vec<[f32; 3]> = positions.into_iter().map(local).collect();
+        let mut attributes = json!({"POSITION": self.accessor(&positions, "VEC3")});
         let bound = |pick: fn(Vec3, Vec3) -> Vec3| {
             let vectors = positions.iter().map(|&position| Vec3::from_array(position));
             vectors.reduce(pick).unwrap_or_default().to_array()
@@ -118,14 +131,13 @@ impl Document {
             accessor["max"] = json!(bound(Vec3::max));
         }
         if !normals.is_empty() {
-            let unit: Vec<[f32; 3]> = normals.iter().map(|&normal| unit(normal)).collect();
-            attributes["NORMAL"] = json!(self.accessor(&unit, "VEC3"));
+            attributes["NORMAL"] = json!(self.accessor(&normals, "VEC3"));
         }
         if !uvs.is_empty() {
-            attributes["TEXCOORD_0"] = json!(self.accessor(uvs, "VEC2"));
+            attributes["TEXCOORD_0"] = json!(self.accessor(&uvs, "VEC2"));
         }
         if colors.iter().any(|color| color[3] != 1.0) {
-            attributes["COLOR_0"] = json!(self.accessor(colors, "VEC4"));
+            attributes["COLOR_0"] = json!(self.accessor(&colors, "VEC4"));
         } else if !colors.is_empty() {
             let colors: Vec<[f32; 3]> = colors.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
             attributes["COLOR_0"] = json!(self.accessor(&colors, "VEC3"));
@@ -170,9 +182,4 @@ impl Document {
             json!({"bufferView": view, "componentType": component, "count": count, "type": shape});
         self.add("accessors", accessor)
     }
-}
-
-/// A normal of unit length, which glTF demands; any where there is none.
-fn unit(normal: [f32; 3]) -> [f32; 3] {
-    Vec3::from_array(normal).try_normalize().unwrap_or(Vec3::Z).to_array()
 }

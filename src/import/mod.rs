@@ -2,18 +2,26 @@
 
 mod builder;
 mod check;
+mod colors;
+mod cutout;
 mod data_uri;
+mod find;
+mod finite;
 mod format;
 mod images;
+mod libraries;
 mod mend;
 mod mtl;
 mod normals;
 mod obj;
 mod off;
+mod offset;
 pub mod options;
+mod part;
 mod ply;
 mod polygon;
 mod resources;
+mod smoothing;
 mod text;
 mod uri;
 

@@ -2,16 +2,21 @@
 //! or several of them (`STCNOFF`).
 //!
 //! A vertex is a position, then its normal, color and UV, as far as the first word says. Colors are
-//! of three or four numbers, up to 1, or up to 255 if any is above 1. Colors of faces are passed
-//! over; files in four or in n dimensions, and binary ones, are refused.
+//! of three or four numbers, up to 1, or up to 255 if any is 2 or more. Colors of faces are left out
+//! with a warning. What belongs to one vertex or face may run over lines. Files in four or in n
+//! dimensions, and binary ones, are refused.
 
-use seamwise_texture::color::srgb_to_linear;
+use std::borrow::Cow;
 
-use super::builder::{Document, Part, Vertices};
+use super::builder::Document;
+use super::colors::to_linear;
+use super::finite::{NO_NORMAL, NO_POSITION, NO_UV, finite_uv, unit};
+use super::part::Part;
 use super::polygon::triangulate;
 use super::text::{Line, decode, lines, shorten, words};
 use crate::document::asset::Asset;
 use crate::error::{Error, Result};
+use crate::warning::Warnings;
 
 /// What vertices carry beside their positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,20 +48,21 @@ pub(super) fn read(bytes: &[u8]) -> Result<Asset> {
         return Err(first.error("not the numbers of vertices and faces"));
     };
     let (vertices, faces) = (vertices?, faces?);
-    let mut part = Part::default();
-    let mut scale = Scale::default();
+    let mut reader = Reader { kind, part: Part::default(), warnings: Warnings::default() };
     for _ in 0..vertices {
-        take_vertex(lines.next().ok_or_else(end)?, kind, &mut part.vertices, &mut scale)?;
+        reader.take_vertex(lines.next().ok_or_else(end)?, &mut lines)?;
     }
     for _ in 0..faces {
-        take_face(lines.next().ok_or_else(end)?, &mut part)?;
+        reader.take_face(lines.next().ok_or_else(end)?, &mut lines)?;
     }
+    let Reader { mut part, warnings, .. } = reader;
     if part.triangles.is_empty() {
         return Err(Error::Unsupported { what: "an OFF without faces".into() });
     }
-    scale.finish(&mut part.vertices.colors);
+    to_linear(&mut part.vertices.colors);
     let mut document = Document::new();
-    document.add_mesh("mesh", &[part]);
+    document.warnings = warnings;
+    document.add_mesh("mesh", vec![part]);
     Ok(document.into_asset())
 }
 
@@ -81,76 +87,113 @@ fn parse_header(line: Line<'_>) -> Result<(Kind, &str)> {
     Ok((kind, rest))
 }
 
-/// How colors are counted, which shows when all are known.
-#[derive(Debug, Default)]
-struct Scale {
-    greatest: f32,
-}
-
-impl Scale {
-    /// Colors to linear light.
-    fn finish(&self, colors: &mut [[f32; 4]]) {
-        let whole = if self.greatest > 1.0 { 255.0 } else { 1.0 };
-        for [rgb @ .., alpha] in colors {
-            *rgb = rgb.map(|x| srgb_to_linear((x / whole).clamp(0.0, 1.0)));
-            *alpha = if *alpha < 0.0 { 1.0 } else { (*alpha / whole).min(1.0) };
-        }
-    }
-}
-
-/// Takes a vertex; a color without an opacity gets a negative one.
-fn take_vertex(
-    line: Line<'_>,
+/// What was read so far.
+struct Reader {
     kind: Kind,
-    vertices: &mut Vertices,
-    scale: &mut Scale,
-) -> Result<()> {
-    let count = words(line.text).count();
-    let mut rest = words(line.text);
-    let mut take = |wanted: usize| {
-        let mut numbers = [-1.0f32; 4];
-        let text: Vec<&str> = rest.by_ref().take(wanted).collect();
-        let text = text.join(" ");
-        match wanted {
-            2 => numbers[..2].copy_from_slice(&line.floats::<2>(&text)?),
-            3 => numbers[..3].copy_from_slice(&line.floats::<3>(&text)?),
-            _ => numbers = line.floats::<4>(&text)?,
-        }
-        Ok::<_, Error>(numbers)
-    };
-    let three = |numbers: [f32; 4]| [numbers[0], numbers[1], numbers[2]];
-    vertices.positions.push(three(take(3)?));
-    if kind.normals {
-        vertices.normals.push(three(take(3)?));
-    }
-    if kind.colors {
-        let others = 3 + 3 * usize::from(kind.normals) + 2 * usize::from(kind.uvs);
-        let color = take(if count >= others + 4 { 4 } else { 3 })?;
-        scale.greatest = color.into_iter().fold(scale.greatest, f32::max);
-        vertices.colors.push(color);
-    }
-    if kind.uvs {
-        let [u, v, ..] = take(2)?;
-        vertices.uvs.push([u, 1.0 - v]);
-    }
-    Ok(())
+    part: Part,
+    warnings: Warnings,
 }
 
-fn take_face(line: Line<'_>, part: &mut Part) -> Result<()> {
-    let mut words = words(line.text);
-    let count: usize = line.parse(words.next().unwrap_or_default())?;
-    let vertices = part.vertices.positions.len();
-    let corner = |word: &str| match line.parse::<u32>(word)? {
-        corner if (corner as usize) < vertices => Ok(corner),
-        corner => Err(line.error(format!("{corner} is not one of the {vertices} vertices"))),
-    };
-    let corners: Vec<u32> = words.take(count).map(corner).collect::<Result<_>>()?;
-    if corners.len() < count {
-        return Err(line.error(format!("a face of {count} corners has {}", corners.len())));
+impl Reader {
+    /// Takes a vertex; a color without an opacity gets a negative one.
+    fn take_vertex<'a>(
+        &mut self,
+        line: Line<'a>,
+        others: &mut impl Iterator<Item = Line<'a>>,
+    ) -> Result<()> {
+        let Kind { uvs, colors, normals } = self.kind;
+        let least = 3 * (1 + usize::from(normals) + usize::from(colors)) + 2 * usize::from(uvs);
+        let text = join(line, others, least);
+        let all: Vec<&str> = words(&text).collect();
+        let mut rest = &all[..];
+        let mut take = |count: usize| {
+            let (own, others) = rest.split_at(count.min(rest.len()));
+            rest = others;
+            own.join(" ")
+        };
+        let position = line.position(&take(3))?;
+        let mut warn = |is_wrong: bool, what: &'static str| {
+            if is_wrong {
+                self.warnings.add(line.place(), what);
+            }
+        };
+        let lists = &mut self.part.vertices;
+        warn(!Part::is_placed(&position), NO_POSITION);
+        lists.positions.push(position);
+        if normals {
+            let normal = unit(line.numbers(&take(3))?);
+            warn(normal[0].is_nan(), NO_NORMAL);
+            lists.normals.push(normal);
+        }
+        if colors {
+            let [r, g, b, alpha] = match all.len() > least {
+                true => line.numbers::<4>(&take(4))?,
+                false => {
+                    let [r, g, b] = line.numbers::<3>(&take(3))?;
+                    [r, g, b, -1.0]
+                }
+            };
+            lists.colors.push([r, g, b, alpha].map(|x| x as f32));
+        }
+        if uvs {
+            let [u, v] = line.numbers(&take(2))?;
+            let uv = finite_uv([u, 1.0 - v]);
+            warn(uv.is_none(), NO_UV);
+            lists.uvs.push(uv.unwrap_or_default());
+        }
+        Ok(())
     }
-    let positions = &part.vertices.positions;
-    let outline: Vec<[f32; 3]> = corners.iter().map(|&at| positions[at as usize]).collect();
-    let triangles = triangulate(&outline).into_iter().flatten();
-    part.triangles.extend(triangles.map(|corner| corners[corner]));
-    Ok(())
+
+    fn take_face<'a>(
+        &mut self,
+        line: Line<'a>,
+        others: &mut impl Iterator<Item = Line<'a>>,
+    ) -> Result<()> {
+        let count: usize = line.parse(words(line.text).next().unwrap_or_default())?;
+        let text = join(line, others, count.saturating_add(1));
+        let mut words = words(&text).skip(1);
+        let vertices = self.part.vertices.positions.len();
+        let corner = |word: &str| match line.parse::<u32>(word)? {
+            corner if (corner as usize) < vertices => Ok(corner),
+            corner => Err(line.error(format!("{corner} is not one of the {vertices} vertices"))),
+        };
+        let corners: Vec<u32> = words.by_ref().take(count).map(corner).collect::<Result<_>>()?;
+        if corners.len() < count {
+            return Err(line.error(format!("a face of {count} corners has {}", corners.len())));
+        }
+        if words.next().is_some() {
+            let what = "the colors of faces are left out; give vertices colors (COFF)";
+            self.warnings.add(line.place(), what);
+        }
+        let positions = &self.part.vertices.positions;
+        let outline: Vec<[f64; 3]> = corners.iter().map(|&at| positions[at as usize]).collect();
+        if outline.iter().all(Part::is_placed) {
+            let triangles = triangulate(&outline).into_iter().flatten();
+            self.part.triangles.extend(triangles.map(|corner| corners[corner]));
+        }
+        Ok(())
+    }
+}
+
+/// A line, with those after it until there are so many words, or none is left.
+fn join<'a>(
+    line: Line<'a>,
+    others: &mut impl Iterator<Item = Line<'a>>,
+    least: usize,
+) -> Cow<'a, str> {
+    let mut count = words(line.text).count();
+    if count >= least {
+        return line.text.into();
+    }
+    let mut text: String = words(line.text).collect::<Vec<_>>().join(" ");
+    while count < least
+        && let Some(next) = others.next()
+    {
+        for word in words(next.text) {
+            text.push(' ');
+            text.push_str(word);
+            count += 1;
+        }
+    }
+    text.into()
 }

@@ -13,7 +13,7 @@ const MOST_CORNERS: usize = 128;
 
 /// The triangles of a polygon, as numbers of its corners: two fewer than it has corners. It winds
 /// as the polygon does.
-pub(super) fn triangulate(corners: &[[f32; 3]]) -> Vec<[usize; 3]> {
+pub(super) fn triangulate(corners: &[[f64; 3]]) -> Vec<[usize; 3]> {
     let fan = || (2..corners.len()).map(|at| [0, at - 1, at]).collect();
     if corners.len() < 4 || corners.len() > MOST_CORNERS {
         return fan();
@@ -25,9 +25,8 @@ pub(super) fn triangulate(corners: &[[f32; 3]]) -> Vec<[usize; 3]> {
 }
 
 /// The corners in the plane of two axes that shows the polygon largest, counterclockwise.
-fn flatten(corners: &[[f32; 3]]) -> Vec<DVec2> {
-    let points: Vec<DVec3> =
-        corners.iter().map(|&corner| DVec3::from_array(corner.map(f64::from))).collect();
+fn flatten(corners: &[[f64; 3]]) -> Vec<DVec2> {
+    let points: Vec<DVec3> = corners.iter().map(|&corner| DVec3::from_array(corner)).collect();
     let spokes: Vec<DVec3> = points.iter().map(|point| point - points[0]).collect();
     let normal: DVec3 = spokes.windows(2).map(|pair| pair[0].cross(pair[1])).sum();
     let axis = (0..3).max_by(|&a, &b| normal[a].abs().total_cmp(&normal[b].abs())).unwrap_or(2);
@@ -83,12 +82,11 @@ mod tests {
     use super::*;
 
     /// Triangles of an outline in the plane x = 2, with their areas.
-    fn areas(outline: &[[f32; 2]]) -> Vec<f64> {
-        let corners: Vec<[f32; 3]> = outline.iter().map(|&[y, z]| [2.0, y, z]).collect();
+    fn areas(outline: &[[f64; 2]]) -> Vec<f64> {
+        let corners: Vec<[f64; 3]> = outline.iter().map(|&[y, z]| [2.0, y, z]).collect();
         let triangles = triangulate(&corners);
         assert_eq!(triangles.len(), outline.len() - 2);
-        let points: Vec<DVec2> =
-            outline.iter().map(|&[y, z]| DVec2::new(y.into(), z.into())).collect();
+        let points: Vec<DVec2> = outline.iter().map(|&[y, z]| DVec2::new(y, z)).collect();
         triangles.iter().map(|&triangle| cross_of(&points, triangle) / 2.0).collect()
     }
 
@@ -107,9 +105,9 @@ mod tests {
     #[test]
     fn dents_are_kept_free_whichever_way_the_outline_winds() {
         let mut arrow = vec![[1.0, 0.0], [0.0, -2.0], [3.0, 0.0], [0.0, 2.0]];
-        let star: Vec<[f32; 2]> = (0..24)
+        let star: Vec<[f64; 2]> = (0..24)
             .map(|at| {
-                let (angle, radius) = (at as f32 * 0.261_799_4, [3.0, 1.0][at % 2]);
+                let (angle, radius) = (at as f64 * 0.261_799_4, [3.0, 1.0][at % 2]);
                 [radius * angle.cos(), radius * angle.sin()]
             })
             .collect();
@@ -127,7 +125,7 @@ mod tests {
     fn outlines_that_make_no_sense_still_give_triangles() {
         areas(&[[0.0, 0.0]; 9]);
         areas(&[[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0], [0.5, -1.0]]);
-        let zigzag: Vec<[f32; 2]> = (0..500).map(|at| [at as f32, (at % 7) as f32]).collect();
+        let zigzag: Vec<[f64; 2]> = (0..500).map(|at| [f64::from(at), f64::from(at % 7)]).collect();
         areas(&zigzag);
     }
 }

@@ -104,7 +104,7 @@ pub(crate) fn off(shape: &Shape) -> String {
         writeln!(text, "{x} {y} {z} {nx} {ny} {nz} {u} {}", 1.0 - v).expect("a text");
     }
     for [a, b, c] in &shape.triangles {
-        writeln!(text, "3 {a} {b} {c} 255 0 0").expect("a text");
+        writeln!(text, "3 {a} {b} {c} # a face").expect("a text");
     }
     text
 }

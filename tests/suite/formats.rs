@@ -17,33 +17,33 @@ use serde_json::{Value, json};
 use tempfile::TempDir;
 
 /// A corner of a triangle: position, normal, UV and color, as far as it has them.
-type Corner = Vec<f32>;
+pub(super) type Corner = Vec<f32>;
 
-struct Stage(TempDir);
+pub(super) struct Stage(pub(super) TempDir);
 
 impl Stage {
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         Self(tempfile::tempdir().expect("a temporary folder"))
     }
 
-    fn put(&self, name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
+    pub(super) fn put(&self, name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
         let path = self.0.path().join(name);
         std::fs::write(&path, bytes).expect("a file");
         path
     }
 
-    fn read(&self, name: &str, bytes: impl AsRef<[u8]>) -> Asset {
+    pub(super) fn read(&self, name: &str, bytes: impl AsRef<[u8]>) -> Asset {
         read(&self.put(name, bytes)).unwrap_or_else(|error| panic!("{name}: {error}"))
     }
 
-    fn error(&self, name: &str, bytes: impl AsRef<[u8]>) -> String {
+    pub(super) fn error(&self, name: &str, bytes: impl AsRef<[u8]>) -> String {
         let result = read(&self.put(name, bytes.as_ref()));
         result.expect_err(&String::from_utf8_lossy(bytes.as_ref())).to_string()
     }
 }
 
 /// The triangles of an asset, as an independent reader of its .glb has them.
-fn corners(asset: &Asset) -> Vec<Corner> {
+pub(super) fn corners(asset: &Asset) -> Vec<Corner> {
     let output = Output::from_bytes(&to_glb(asset).expect("a .glb"), "asset");
     let mut corners = Vec::new();
     for mesh in output.gltf.meshes() {
@@ -247,21 +247,18 @@ fn what_is_missing_is_named_and_may_be_let_go() {
     let stage = Stage::new();
     let face = "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl one\nf 1 2 3\n";
     let no_library = format!("\nmtllib none.mtl\n{face}");
-    let error = stage.error("a.obj", &no_library);
-    assert!(error.starts_with("line 2: none.mtl can't be read"), "{error}");
     stage.put("one.mtl", "newmtl one\n\nmap_Kd none.png\n");
     let error = stage.error("a.obj", format!("mtllib one.mtl\n{face}"));
     assert!(error.starts_with("one.mtl, line 3: none.png can't be read"), "{error}");
-    let other = face.replace("one", "two");
-    let error = stage.error("b.obj", format!("mtllib one.mtl\n{other}"));
-    assert!(error.starts_with("line 5: there is no material `two`"), "{error}");
     let asset = stage.read("b.obj", format!("mtllib one.mtl\n{}", face.replace("one", "(null)")));
     assert_eq!(asset.json["materials"][0]["name"], "plain");
     let options = ReadOptions { allow_missing: true, ..ReadOptions::default() };
     let asset = read_with(&stage.0.path().join("a.obj"), options).expect("an asset");
     let said: Vec<String> = asset.warnings.iter().map(ToString::to_string).collect();
     assert!(said[0].starts_with("/images/0/uri: none.png is not there: "), "{said:?}");
-    assert!(read_with(&stage.put("b.obj", no_library), options).is_ok());
+    let asset = stage.read("b.obj", no_library);
+    let said: Vec<String> = asset.warnings.iter().map(ToString::to_string).collect();
+    assert!(said.len() == 1 && said[0].starts_with("line 2: none.mtl can't be read"), "{said:?}");
 }
 
 #[test]
@@ -300,11 +297,10 @@ fn damage_is_named_with_its_place() {
     for (text, place, what) in [
         ("v 0 0\n".into(), "line 1", "fewer than 3"),
         ("\n# x\nv 0 zero 0\n".into(), "line 3", "`zero`"),
-        ("v 0 nan 0\n".into(), "line 1", "finite"),
+        ("v 0 0 -2e18\n".into(), "line 1", "scale it down"),
         (format!("{three}f 1 2 4\n"), "line 4", "4 is not one of the 3 positions"),
         (format!("{three}f 1 2 -4\n"), "line 4", "-4"),
         (format!("{three}f 0 1 2\n"), "line 4", "0 is not"),
-        (format!("{three}f 1/1 2/1 3/1\n"), "line 4", "0 UVs"),
         (format!("{three}f 1///1 2 3\n"), "line 4", "`1///1` is no corner"),
         (format!("{three}f 9223372036854775807 2 3\n"), "line 4", "is not one"),
         (three.into(), "an OBJ without faces", "not supported"),

@@ -4,6 +4,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod as_written;
 mod bake;
 mod batch;
 mod cli;
