@@ -172,6 +172,7 @@ fn bare_scene(mesh: &Mesh) -> Scene {
     let wedges = 0..mesh.wedge_points.len();
     let white = Material { metallic: 0.0, ..Material::default() };
     Scene {
+        origin: glam::DVec3::ZERO,
         positions: mesh.wedge_points.iter().map(|p| mesh.positions[p.index()]).collect(),
         normals: wedges
             .clone()

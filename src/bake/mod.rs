@@ -240,6 +240,7 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
     let input_report = input_report(input, &geometries);
     input.warn_of_name(&mut warnings);
     warn_of_whole_levels(&levels, input_report.triangles, &options.targets, &mut warnings);
+    warnings.extend(measured.as_ref().map(|own| own.warnings.clone()).unwrap_or_default());
     warnings.refuse_if(options.reading.strict)?;
     let report = BakeReport {
         schema: 1,
@@ -348,6 +349,7 @@ fn evaluate_all(
         let count = || done.fetch_add(1, Ordering::Relaxed);
         count();
         let mut measured = Measured::new(reference.diagonal());
+        reference.warn_if_unseen(&mut measured.warnings);
         for level in levels {
             progress.check("evaluate")?;
             let metrics = reference.compare(&load(level, textures)?)?;

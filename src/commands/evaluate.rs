@@ -18,7 +18,7 @@ use seamwise::report::pictures::Gallery;
 use seamwise::report::{CandidateReport, EvaluateReport, ReferenceReport, ViewReport};
 use seamwise::warning::Warnings;
 
-use super::console::{read_warned, say};
+use super::console::{read_warned, say, warn};
 use crate::cli::{Common, EvaluateArgs};
 
 /// Compares each candidate with the reference; one that can't be compared does not stop the
@@ -29,6 +29,11 @@ pub(crate) fn evaluate(args: &EvaluateArgs, common: Common) -> Result<usize> {
     let (reference, mut warnings) = load_reference(args, common, &mut cache).map_err(named)?;
     let options = args.resolve();
     let against = Reference::with_mode(&reference, options, args.mode()).map_err(named)?;
+    let mut doubts = Warnings::default();
+    against.warn_if_unseen(&mut doubts);
+    warn(common.quiet, &args.reference, &doubts);
+    warnings.extend(doubts.in_file(&args.reference));
+    warnings.refuse_if(common.strict)?;
     let mut gallery = match &args.report {
         Some(_) => Some(Gallery::with_mode(&reference, args.mode())?),
         None => None,
@@ -61,7 +66,7 @@ pub(crate) fn evaluate(args: &EvaluateArgs, common: Common) -> Result<usize> {
             diagonal: against.diagonal(),
         },
         mode: args.mode(),
-        views: ViewReport::of(against.rig()),
+        views: ViewReport::of(against.rig(), against.origin()),
         candidates,
         warnings,
     };

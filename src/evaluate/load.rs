@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::{DMat4, Mat3, Vec2, Vec3, Vec4};
+use glam::{DMat4, DVec3, Mat3, Vec2, Vec3, Vec4};
 use gltf::json;
 use gltf::json::validation::Checked;
 use rustc_hash::FxHashMap;
@@ -13,7 +13,7 @@ use serde_json::Value;
 use crate::document::asset::Asset;
 use crate::document::instances::instances;
 use crate::document::material::{TextureSlot, parse_or, slots};
-use crate::document::nodes::world_nodes;
+use crate::document::nodes::{mesh_worlds, world_nodes};
 use crate::document::primitive::Primitive;
 use crate::error::{Error, Result};
 use crate::evaluate::scene::{Alpha, Material, Scene, TextureRef};
@@ -71,13 +71,14 @@ fn neutral(role: Role) -> Result<Mips> {
 }
 
 /// Flattens the default scene of an asset to world space. A skinned mesh stands in its bind pose,
-/// at the origin, as its node's transform does not move it (glTF 2.0 §3.7.3.3).
+/// at the origin, as its node's transform does not move it (glTF 2.0 §3.7.3.3). A scene that is far from
+/// the world's origin for its size is counted from its own middle.
 ///
 /// # Errors
 /// [`Error::Invalid`] with the place in the document, also if the scene takes more memory than the
 /// limit of `cache`.
 pub fn load(asset: &Asset, cache: &mut TextureCache) -> Result<Scene> {
-    let mut scene = Scene::default();
+    let mut scene = Scene { origin: origin(asset)?, ..Scene::default() };
     let mut budget = Budget::of(cache.limit);
     for material in 0..asset.count("materials") {
         scene.materials.push(load_material(asset, material, cache)?);
@@ -107,6 +108,41 @@ pub fn load(asset: &Asset, cache: &mut TextureCache) -> Result<Scene> {
         }
     }
     Ok(scene)
+}
+
+/// How many times its own size a scene stands from the world's origin before its positions are counted
+/// from its middle. Nearer, a float has a step of two millionths of that size at most.
+const FAR: f64 = 16.0;
+
+/// Where the positions of a scene are counted from.
+fn origin(asset: &Asset) -> Result<DVec3> {
+    let [mut low, mut high] = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+    for (mesh, worlds) in mesh_worlds(asset)? {
+        let Some([from, to]) = bounds(asset, mesh)? else { continue };
+        for world in worlds {
+            for corner in 0..8 {
+                let pick = |axis: usize| [from, to][corner >> axis & 1][axis];
+                let place = world.transform_point3(DVec3::new(pick(0), pick(1), pick(2)));
+                (low, high) = (low.min(place), high.max(place));
+            }
+        }
+    }
+    let [middle, size] = [(low + high) / 2.0, (high - low) / 2.0];
+    let is_far = middle.abs().max_element() > FAR * size.max_element();
+    Ok(if is_far && middle.is_finite() { middle.round() } else { DVec3::ZERO })
+}
+
+/// The box around a mesh's surfaces.
+fn bounds(asset: &Asset, mesh: usize) -> Result<Option<[DVec3; 2]>> {
+    let mut bounds: Option<[DVec3; 2]> = None;
+    for primitive in Primitive::of_mesh(asset, mesh)?.iter().filter(|p| p.is_surface()) {
+        for position in primitive.positions(asset)? {
+            let place = position.as_dvec3();
+            let [low, high] = bounds.unwrap_or([place; 2]);
+            bounds = Some([low.min(place), high.max(place)]);
+        }
+    }
+    Ok(bounds)
 }
 
 /// A primitive in its own space, one normal and one UV per set for each vertex.
@@ -164,7 +200,8 @@ impl Soup {
         let linear = Mat3::from_mat4(world.as_mat4());
         let to_normal = linear.inverse().transpose();
         let first = scene.positions.len() as u32;
-        let place = |p: &Vec3| world.transform_point3(p.as_dvec3()).as_vec3();
+        let origin = scene.origin;
+        let place = |p: &Vec3| (world.transform_point3(p.as_dvec3()) - origin).as_vec3();
         scene.positions.extend(self.positions.iter().map(place));
         scene.normals.extend(self.normals.iter().map(|&n| (to_normal * n).normalize_or(Vec3::Z)));
         for (all, own) in scene.uvs.iter_mut().zip(&self.uvs) {

@@ -5,7 +5,6 @@
 //! with itself is 0 away from itself in every figure, exactly.
 
 pub mod appearance;
-mod assets;
 pub mod camera;
 pub mod distance;
 mod farthest;
@@ -26,18 +25,22 @@ mod views;
 pub mod volume;
 pub mod wireframe;
 
+use glam::DVec3;
+
+use crate::document::asset::Asset;
 use crate::error::{Error, Result};
 use crate::screen::largest_size;
+use crate::warning::Warnings;
 use appearance::compare_appearance;
 use camera::Rig;
 use distance::{SampledSurface, correspond};
+use load::{TextureCache, load};
 use looks::count_foldovers;
 use scene::{Mode, Scene};
 use seams::seam_bands;
 use views::{Seen, Views};
 use volume::{Measures, Soundness, check_soundness, measure};
 
-pub use assets::compare_assets;
 pub use metrics::{AtSwitch, Metrics, OneSidedDistance, ViewMetrics};
 
 /// How thoroughly to look.
@@ -128,6 +131,15 @@ impl<'a> Reference<'a> {
         })
     }
 
+    /// Warns if it is in no view, where all candidates look alike.
+    pub fn warn_if_unseen(&self, warnings: &mut Warnings) {
+        if !self.views.show_something() {
+            let what = "no view shows it, so that figures of what is seen say nothing; look at its \
+                        opacity and at its sides";
+            warnings.add("the source", what);
+        }
+    }
+
     /// The diagonal of its bounding box, in world units.
     pub fn diagonal(&self) -> f64 {
         self.measures.diagonal
@@ -136,14 +148,24 @@ impl<'a> Reference<'a> {
     /// The mesh and the material of its triangle nearest to a place, in world units; `None` if that is not
     /// finite.
     pub fn part_at(&self, place: [f64; 3]) -> Option<Part> {
-        let triangle = self.surface.nearest(place.into())?;
+        let triangle = self.surface.nearest(DVec3::from_array(place) - self.scene.origin)?;
         let material = self.scene.triangle_materials[triangle] as usize;
         let is_default = material + 1 == self.scene.materials.len();
         let mesh = *self.scene.triangle_meshes.get(triangle.index())? as usize;
         Some(Part { mesh, material: (!is_default).then_some(material) })
     }
 
-    /// The cameras that see it and every candidate.
+    /// A place in the world.
+    fn in_world(&self, place: &DVec3) -> [f64; 3] {
+        (self.scene.origin + place).to_array()
+    }
+
+    /// Where the cameras are counted from, in the world.
+    pub fn origin(&self) -> DVec3 {
+        self.scene.origin
+    }
+
+    /// The cameras that see it and every candidate, counted from [`Reference::origin`].
     pub fn rig(&self) -> &Rig {
         &self.rig
     }
@@ -161,6 +183,7 @@ impl<'a> Reference<'a> {
     /// # Errors
     /// [`Error::Invalid`] if it has no surface to compare.
     pub fn compare_by_view(&self, candidate: &Scene) -> Result<(Metrics, Vec<ViewMetrics>)> {
+        let candidate = &*candidate.counted_from(self.scene.origin);
         let no_surface = || Error::invalid("the candidate", "it has no surface");
         let (positions, triangles) = (&candidate.positions, &candidate.triangles);
         let surface = SampledSurface::new(positions, triangles, self.options.samples, SEED);
@@ -191,9 +214,8 @@ impl<'a> Reference<'a> {
             distance_rms: both.distance_rms,
             distance_mean: both.distance_mean,
             distance_max: both.distance_max,
-            distance_max_at: if there.max < back.max { &backward } else { &forward }
-                .farthest
-                .to_array(),
+            distance_max_at: self
+                .in_world(&if there.max < back.max { &backward } else { &forward }.farthest),
             forward: OneSidedDistance::new(there, self.measures.diagonal),
             backward: OneSidedDistance::new(back, self.measures.diagonal),
             color_rms: looks.color_rms,
@@ -238,6 +260,34 @@ impl<'a> Reference<'a> {
 /// is no error at all.
 fn peak_ratio(rms: f64) -> Option<f64> {
     (rms > 0.0).then(|| -20.0 * rms.log10())
+}
+
+/// Compares each candidate, a level of detail from any tool, with the asset that it stands for.
+///
+/// ```
+/// use seamwise::evaluate::{Options, compare_assets};
+/// use seamwise::import::read_bytes;
+///
+/// # let sample = include_bytes!("../../data/sample.glb");
+/// let source = read_bytes(sample, std::path::Path::new(""))?;
+/// let options = Options { views: 1, resolution: 64, samples: 1000, ..Options::default() };
+/// let metrics = compare_assets(&source, &[source.clone()], options)?.remove(0);
+/// assert_eq!(metrics.distance_max, 0.0, "it is as far from itself as it should be");
+/// # Ok::<(), seamwise::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Error::Invalid`](crate::error::Error::Invalid) if the reference has no surface to compare with, or an
+/// image of an asset is damaged.
+pub fn compare_assets(
+    reference: &Asset,
+    candidates: &[Asset],
+    options: Options,
+) -> Result<Vec<Metrics>> {
+    let mut textures = TextureCache::default();
+    let scene = load(reference, &mut textures)?;
+    let reference = Reference::new(&scene, options)?;
+    candidates.iter().map(|asset| reference.compare(&load(asset, &mut textures)?)).collect()
 }
 
 #[cfg(test)]

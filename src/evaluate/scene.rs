@@ -1,15 +1,19 @@
 //! What the evaluator looks at: a file's default scene, flattened to world space.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
-use glam::{Affine2, Vec2, Vec3, Vec4};
+use glam::{Affine2, DVec3, Vec2, Vec3, Vec4};
 use seamwise_texture::{Mips, Wrap};
 use serde::Serialize;
 
 /// Triangles of a whole scene in world space, with the materials they use.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
-    /// One per vertex, in metres of the world.
+    /// Where `positions` are counted from, in metres of the world: 0, but near the scene if that is so far
+    /// away that floats would lose it.
+    pub origin: DVec3,
+    /// One per vertex, in metres.
     pub positions: Vec<Vec3>,
     /// One per vertex: unit shading normal.
     pub normals: Vec<Vec3>,
@@ -28,6 +32,21 @@ pub struct Scene {
     pub triangle_meshes: Vec<u32>,
     /// The materials; the last is the default material of glTF.
     pub materials: Vec<Material>,
+}
+
+impl Scene {
+    /// The scene with positions that are counted from another place.
+    pub(crate) fn counted_from(&self, origin: DVec3) -> Cow<'_, Self> {
+        if origin == self.origin {
+            return Cow::Borrowed(self);
+        }
+        let shift = self.origin - origin;
+        let mut moved = Self { origin, ..self.clone() };
+        for position in &mut moved.positions {
+            *position = (position.as_dvec3() + shift).as_vec3();
+        }
+        Cow::Owned(moved)
+    }
 }
 
 /// A glTF metallic-roughness material (glTF 2.0 §3.9).

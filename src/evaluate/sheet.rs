@@ -20,7 +20,8 @@ pub fn contact_sheet(reference: &Scene, candidates: &[Scene], rig: &Rig, mode: M
     let own = render_views(reference, rig, mode);
     let mut columns = vec![column(&own, None)];
     for candidate in candidates {
-        columns.push(column(&render_views(candidate, rig, mode), Some(&own)));
+        let candidate = candidate.counted_from(reference.origin);
+        columns.push(column(&render_views(&candidate, rig, mode), Some(&own)));
     }
     let scale = LEAST_SIDE.div_ceil(rig.resolution as u32);
     let side = rig.resolution as u32 * scale;

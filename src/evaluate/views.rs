@@ -30,6 +30,11 @@ impl Views {
         Self { images, tones }
     }
 
+    /// Whether the scene is in any picture.
+    pub(super) fn show_something(&self) -> bool {
+        self.images.iter().any(|image| image.coverage.iter().any(|samples| *samples != 0))
+    }
+
     /// Compares those of a candidate by the same rig, view by view. `seams` tells for each view the
     /// pixels in the band around seams, and may be empty.
     pub(super) fn compare(&self, candidate: &Self, seams: &[Vec<bool>]) -> Result<Vec<Seen>> {

@@ -11,6 +11,7 @@ use crate::evaluate::{Metrics, Part};
 use crate::image_file::encoded::EncodedImage;
 use crate::level::AssetLevel;
 use crate::screen::Screen;
+use crate::warning::Warnings;
 
 /// The input of all files of a bake.
 pub(crate) struct Chain<'a> {
@@ -72,12 +73,14 @@ pub(crate) struct Measured {
     pub(crate) farthest: Vec<Option<Part>>,
     /// Diagonal of the source's bounding box, in world units.
     pub(crate) diagonal: f64,
+    /// What is doubtful about all of it.
+    pub(crate) warnings: Warnings,
 }
 
 impl Measured {
     /// Empty results for a source whose bounding box has this diagonal.
     pub(crate) fn new(diagonal: f64) -> Self {
-        Self { metrics: Vec::new(), farthest: Vec::new(), diagonal }
+        Self { metrics: Vec::new(), farthest: Vec::new(), diagonal, warnings: Warnings::default() }
     }
 
     /// The RMS distance of each level.

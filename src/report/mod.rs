@@ -13,6 +13,7 @@ mod table;
 pub mod threads;
 mod ticks;
 
+use glam::DVec3;
 use serde::Serialize;
 
 use crate::error::{Error, Result};
@@ -258,11 +259,11 @@ pub struct ViewReport {
 }
 
 impl ViewReport {
-    /// The cameras of a rig, in its order.
-    pub fn of(rig: &Rig) -> Vec<Self> {
+    /// The cameras of a rig that is counted from `origin`, in its order.
+    pub fn of(rig: &Rig, origin: DVec3) -> Vec<Self> {
         let view = |camera: &Camera| Self {
-            eye: camera.eye.to_array(),
-            target: rig.center.to_array(),
+            eye: (origin + camera.eye).to_array(),
+            target: (origin + rig.center).to_array(),
             up: camera.up.to_array(),
             field_of_view_degrees: 2.0 * camera.half_width.atan().to_degrees(),
         };
@@ -402,7 +403,7 @@ pub fn peak_memory() -> Option<u64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::{DVec3, Vec3};
+    use glam::Vec3;
 
     #[test]
     fn other_units_are_doubted() {
@@ -416,7 +417,7 @@ mod tests {
     #[test]
     fn a_view_tells_its_camera() {
         let rig = Rig::new(Vec3::new(1.0, 2.0, 3.0), 5.0, 24, 64);
-        for (camera, view) in rig.cameras.iter().zip(ViewReport::of(&rig)) {
+        for (camera, view) in rig.cameras.iter().zip(ViewReport::of(&rig, DVec3::ZERO)) {
             assert_eq!((view.eye, view.target), (camera.eye.to_array(), [1.0, 2.0, 3.0]));
             assert!((view.field_of_view_degrees - 40.0).abs() < 1e-12);
             // What another tool builds of it is the camera again.

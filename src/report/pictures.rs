@@ -3,6 +3,7 @@
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use glam::DVec3;
 use image::codecs::jpeg::JpegEncoder;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{DynamicImage, RgbImage};
@@ -65,6 +66,7 @@ impl Picture {
 /// A reference and what is compared with it, seen by the same cameras.
 pub struct Gallery {
     rig: Rig,
+    origin: DVec3,
     mode: Mode,
     reference: Vec<Image>,
     /// One per scene, the reference first.
@@ -102,7 +104,7 @@ impl Gallery {
             differences: Vec::new(),
             wireframe: wireframe(reference, &rig)?,
         }];
-        Ok(Self { rig, mode, reference: images, scenes })
+        Ok(Self { rig, origin: reference.origin, mode, reference: images, scenes })
     }
 
     /// Draws a candidate beside it.
@@ -110,6 +112,7 @@ impl Gallery {
     /// # Errors
     /// [`Error::Internal`] if an encoder fails.
     pub fn add(&mut self, candidate: &Scene) -> Result<()> {
+        let candidate = &*candidate.counted_from(self.origin);
         let images = render_views(candidate, &self.rig, self.mode);
         let pairs: Vec<(&Image, &Image)> = self.reference.iter().zip(&images).collect();
         self.scenes.push(SceneViews {
