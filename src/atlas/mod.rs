@@ -1,7 +1,7 @@
 //! The texels of an asset's images that its surfaces use, and the repair of all others.
 
 pub mod charts;
-pub mod seams;
+pub(crate) mod seams;
 
 use glam::Affine2;
 use image::DynamicImage;

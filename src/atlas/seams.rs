@@ -27,7 +27,7 @@ const HARD_EDGE_COSINE: f32 = 0.999;
 ///
 /// # Errors
 /// [`Error::Invalid`] or [`Error::Unsupported`] with the place in the document.
-pub fn seams_of_images(asset: &Asset) -> Result<Vec<Vec<Seam>>> {
+pub(crate) fn seams_of_images(asset: &Asset) -> Result<Vec<Vec<Seam>>> {
     let materials = material_slots(asset)?;
     let mut seams = vec![Vec::new(); asset.count("images")];
     for mesh in 0..asset.count("meshes") {

@@ -14,21 +14,21 @@ use crate::image_file::encoded::EncodedImage;
 
 /// A texture as a material uses it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct TextureSlot {
+pub(crate) struct TextureSlot {
     /// JSON pointer of the texture info in the material.
-    pub at: String,
+    pub(crate) at: String,
     /// The meaning of its texels.
-    pub role: Role,
+    pub(crate) role: Role,
     /// The image.
-    pub image: usize,
+    pub(crate) image: usize,
     /// The wrap modes of UVs outside 0…1, for u and v.
-    pub wrap: [Wrap; 2],
+    pub(crate) wrap: [Wrap; 2],
     /// The UV set.
-    pub uv_set: usize,
+    pub(crate) uv_set: usize,
     /// The transform from a vertex's UV to the texture's, as `KHR_texture_transform` has it.
-    pub transform: Affine2,
+    pub(crate) transform: Affine2,
     /// Factor on x and y of a normal.
-    pub normal_scale: f32,
+    pub(crate) normal_scale: f32,
 }
 
 /// Extensions by which a texture names an image of a format that core glTF lacks, those that are
@@ -44,7 +44,7 @@ const SOURCES: [&str; 2] = ["EXT_texture_webp", "KHR_texture_basisu"];
 ///
 /// # Errors
 /// [`Error::Invalid`] if a texture, sampler or image that it names is not there.
-pub fn slots(asset: &Asset, material: usize) -> Result<Vec<TextureSlot>> {
+pub(crate) fn slots(asset: &Asset, material: usize) -> Result<Vec<TextureSlot>> {
     let at = format!("/materials/{material}");
     let mut found = Vec::new();
     if let Some(json) = asset.json.pointer(&at) {

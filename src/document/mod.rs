@@ -8,7 +8,7 @@ pub(crate) mod extensions;
 pub(crate) mod features;
 pub(crate) mod instances;
 pub(crate) mod known_extensions;
-pub mod material;
+pub(crate) mod material;
 pub(crate) mod nodes;
 pub mod primitive;
 pub(crate) mod prune;

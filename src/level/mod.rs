@@ -1,9 +1,9 @@
 //! A level of detail as primitives: what a simplified surface becomes before any document holds it.
 
 mod join;
-pub mod part;
-pub mod primitives;
-pub mod quantize;
+pub(crate) mod part;
+pub(crate) mod primitives;
+pub(crate) mod quantize;
 mod resample;
 mod skin;
 pub mod textures;

@@ -4,11 +4,11 @@ use crate::document::accessor::Elements;
 
 /// A primitive of a level, ready to be written.
 #[derive(Clone, Debug, PartialEq)]
-pub struct LevelPart {
+pub(crate) struct LevelPart {
     /// Three indices per triangle.
-    pub indices: Vec<u32>,
+    pub(crate) indices: Vec<u32>,
     /// The attributes by name, in the order of the source.
-    pub attributes: Vec<(String, Elements)>,
+    pub(crate) attributes: Vec<(String, Elements)>,
     /// The morph targets.
-    pub targets: Vec<Vec<(String, Elements)>>,
+    pub(crate) targets: Vec<Vec<(String, Elements)>>,
 }

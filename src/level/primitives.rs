@@ -27,7 +27,7 @@ use crate::surface::tangents::Corners;
 ///
 /// # Errors
 /// [`Error::Internal`](crate::error::Error::Internal) if the level does not belong to the geometry.
-pub fn level_parts(
+pub(crate) fn level_parts(
     geometry: &Geometry,
     level: &Level,
     textures: &[PartTextures],

@@ -30,11 +30,11 @@ const STEPS: f32 = 65535.0;
 
 /// The positions of integers q: `low + step · q`, in the units of the mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Grid {
+pub(crate) struct Grid {
     /// The least coordinates.
-    pub low: [f32; 3],
+    pub(crate) low: [f32; 3],
     /// The step, along each axis.
-    pub step: f32,
+    pub(crate) step: f32,
 }
 
 impl Grid {
@@ -47,7 +47,7 @@ impl Grid {
     }
 
     /// The farthest that a point is from its place on the grid: half a diagonal of a cell.
-    pub fn error(&self) -> f32 {
+    pub(crate) fn error(&self) -> f32 {
         self.step * 0.75f32.sqrt()
     }
 

@@ -12,29 +12,29 @@ use crate::limit::MemoryLimit;
 
 /// The textures of a level.
 #[derive(Clone, Debug, Default)]
-pub struct TexturePictures {
+pub(crate) struct TexturePictures {
     /// The first of them.
-    pub shown: Vec<TexturePicture>,
+    pub(crate) shown: Vec<TexturePicture>,
     /// Number of those that are not shown.
-    pub more: usize,
+    pub(crate) more: usize,
 }
 
 /// A texture of a level.
 #[derive(Clone, Debug)]
-pub struct TexturePicture {
+pub(crate) struct TexturePicture {
     /// Its name in the document, or its number.
-    pub name: String,
+    pub(crate) name: String,
     /// Width and height in texels.
-    pub size: [u32; 2],
+    pub(crate) size: [u32; 2],
     /// Bytes of its file.
-    pub bytes: usize,
+    pub(crate) bytes: usize,
     /// The texture itself.
-    pub picture: Picture,
+    pub(crate) picture: Picture,
 }
 
 impl TexturePicture {
     /// A line of text: its size in texels and in kB.
-    pub fn detail(&self) -> String {
+    pub(crate) fn detail(&self) -> String {
         let [width, height] = self.size;
         format!("{width} × {height}, {} kB", grouped(self.bytes.div_ceil(1000)))
     }
@@ -45,7 +45,7 @@ impl TexturePicture {
 /// # Errors
 /// [`Error::Invalid`](crate::error::Error::Invalid) if an image is damaged or takes more memory than
 /// `limit`.
-pub fn draw_level_textures(
+pub(crate) fn draw_level_textures(
     levels: &[Asset],
     shared: &[EncodedImage],
     limit: MemoryLimit,

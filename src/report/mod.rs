@@ -5,12 +5,12 @@ mod csv;
 mod farthest;
 mod figures;
 pub mod html;
-pub mod level_textures;
+pub(crate) mod level_textures;
 mod meshes;
 pub mod pictures;
 pub mod repair;
 mod table;
-pub mod threads;
+pub(crate) mod threads;
 mod ticks;
 
 use glam::DVec3;

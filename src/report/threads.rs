@@ -6,18 +6,18 @@ use crate::error::{Error, Result};
 
 /// A run of a job.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ThreadTime {
+pub(crate) struct ThreadTime {
     /// Threads it had.
-    pub threads: usize,
+    pub(crate) threads: usize,
     /// Wall time.
-    pub seconds: f64,
+    pub(crate) seconds: f64,
 }
 
 /// Runs a job once on 1, 2, … `most` threads each.
 ///
 /// # Errors
 /// The job's error; [`Error::Internal`] if threads can't be had.
-pub fn time_threads<T>(most: usize, run: impl Fn() -> Result<T> + Sync) -> Result<Vec<ThreadTime>> {
+pub(crate) fn time_threads<T>(most: usize, run: impl Fn() -> Result<T> + Sync) -> Result<Vec<ThreadTime>> {
     let time = |threads| {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)

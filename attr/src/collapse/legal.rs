@@ -1,4 +1,17 @@
 //! The legal placements of a merged point, and their cost beside the quadrics.
+//!
+//! | a collapse is illegal if it | rule |
+//! |---|---|
+//! | lets two outlines meet but along an outline | `crosses_surface` |
+//! | pinches the surface (Dey et al., "Topology preserving edge contraction", 1999) | `breaks_link` |
+//! | lays a triangle on another | `doubles_triangle` |
+//! | rotates a triangle by more than the options allow | [`turns`] |
+//! | makes a sliver of a triangle, with next to nothing of its quality left | [`is_worse_sliver`] |
+//! | changes the sign of a triangle's area in a UV set | [`folds`] |
+//!
+//! The first three are about the topology, the others about the place as well. Two changes of topology
+//! are allowed: a hole of three edges may close, and points without an edge between them may meet,
+//! where borders that lead to a common neighbor become one edge.
 
 use glam::{DVec2, DVec3};
 
@@ -82,42 +95,57 @@ impl Plan {
         ends.zip(&self.areas).map(|(end, area)| area * off(end)).sum()
     }
 
-    /// Whether the surface stays a surface: the link condition (Dey et al., "Topology preserving
-    /// edge contraction", 1999) over any number of triangles an edge, two outline points meet only
-    /// along an outline, and no triangle comes to lie on another. Two changes of topology are allowed: a
-    /// hole of three edges may close, and points without an edge between them may meet, where borders
-    /// that lead to a common neighbor become one edge.
+    /// Whether the surface stays a surface, by the rules of the topology.
     pub(crate) fn keeps_topology(&mut self, topology: &Topology) -> bool {
-        let [kept, gone] = [self.points[0], self.points[1]];
-        for (side, point) in [kept, gone].into_iter().enumerate() {
+        for side in 0..2 {
+            let point = self.points[side];
             topology.neighbors(point, &mut self.counts[side], &mut self.near[side]);
         }
-        let triangles = self.counts[0].get(gone.index());
-        let outline = |side: usize| on_outline(&self.counts[side], &self.near[side]);
-        if triangles == Some(2) && outline(0) && outline(1) {
-            return false;
-        }
+        !(self.crosses_surface() || self.breaks_link(topology) || self.doubles_triangle(topology))
+    }
+
+    /// The triangles at the edge between the two points, if there is one.
+    fn triangles_at_edge(&self) -> Option<u32> {
+        self.counts[0].get(self.points[1].index())
+    }
+
+    /// The triangles at the edges between another point and each of the two, if it has both edges.
+    fn triangles_at_both(&self, point: PointId) -> Option<[u32; 2]> {
+        Some([self.counts[0].get(point.index())?, self.counts[1].get(point.index())?])
+    }
+
+    /// Whether both points are on an outline, and their edge is not.
+    fn crosses_surface(&self) -> bool {
+        let on_outline = |side: usize| on_outline(&self.counts[side], &self.near[side]);
+        self.triangles_at_edge() == Some(2) && on_outline(0) && on_outline(1)
+    }
+
+    /// Whether the points have a neighbor in common that is not opposite their edge, over any number of
+    /// triangles an edge. One whose both edges are borders may be such a bridge at the side of the edge that
+    /// lacks a triangle.
+    fn breaks_link(&self, topology: &Topology) -> bool {
+        let gone = self.points[1];
         let opposite = |point: PointId| {
             self.collapsing.iter().any(|&triangle| topology.slot_of(triangle, point).is_some())
         };
-        let both = |point: PointId| {
-            Some((self.counts[0].get(point.index())?, self.counts[1].get(point.index())?))
-        };
-        let bridges =
-            self.near[1].iter().filter(|&&p| p != gone && !opposite(p)).filter_map(|&p| both(p));
-        let most = match triangles {
+        let others = self.near[1].iter().filter(|&&point| point != gone && !opposite(point));
+        let mut bridges = others.filter_map(|&point| self.triangles_at_both(point)).zip(1..);
+        let most = match self.triangles_at_edge() {
             None => 2,
             Some(1) => 1,
             Some(_) => 0,
         };
-        if bridges.zip(1..).any(|(edges, count)| count > most || edges != (1, 1)) {
-            return false;
-        }
-        !self.surviving.iter().any(|&corner| {
+        bridges.any(|(triangles, count)| count > most || triangles != [1, 1])
+    }
+
+    /// Whether a triangle at one point gets the corners of one at the other.
+    fn doubles_triangle(&self, topology: &Topology) -> bool {
+        let [kept, gone] = [self.points[0], self.points[1]];
+        self.surviving.iter().any(|&corner| {
             let [a, b] = topology.others(corner);
             topology.slot_of(corner.triangle(), gone).is_some()
-                && both(a).is_some()
-                && both(b).is_some()
+                && self.triangles_at_both(a).is_some()
+                && self.triangles_at_both(b).is_some()
                 && topology.corners(kept).any(|corner| {
                     let others = topology.others(corner);
                     others == [a, b] || others == [b, a]
@@ -125,9 +153,7 @@ impl Plan {
         })
     }
 
-    /// Whether every surviving triangle keeps its shape at `position`: none turns by more than
-    /// the options allow, none becomes a sliver with next to nothing of its quality left, none changes the sign of
-    /// its area in a UV set.
+    /// Whether every surviving triangle keeps its shape at `position`, by the other rules.
     pub(crate) fn keeps_shape(
         &mut self,
         topology: &Topology,
