@@ -9,6 +9,7 @@ mod bake;
 mod batch;
 mod cli;
 mod evaluate;
+mod far_away;
 mod formats;
 mod golden;
 mod inputs;
