@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
 
 use super::finite::recompute_normals;
-use super::offset::offset;
+use super::offset::{Fit, fit};
 use super::part::{Part, Vertices};
 use crate::document::asset::Asset;
 use crate::image_file::encoded::EncodedImage;
@@ -78,14 +78,8 @@ impl Document {
     pub(super) fn into_asset(mut self) -> Asset {
         let mut meshes = std::mem::take(&mut self.meshes);
         meshes.iter_mut().flat_map(|(_, parts)| parts).for_each(Part::drop_unplaced);
-        let offset = offset(meshes.iter().flat_map(|(_, parts)| parts));
-        if let Some([x, y, z]) = offset.map(|offset| offset.to_array()) {
-            let what = format!(
-                "they are too far from 0 for floats: {x} {y} {z} is in the translation of their \
-                 nodes and in `extras.offset`; write local coordinates to have none"
-            );
-            self.warnings.add("all positions", what);
-        }
+        let fit = fit(&meshes.iter().flat_map(|(_, parts)| parts).collect::<Vec<_>>());
+        let offset = self.offset(fit);
         for (name, parts) in meshes {
             self.write_mesh(&name, parts, offset);
         }
@@ -95,6 +89,29 @@ impl Document {
             buffers: vec![self.bytes],
             images: self.images,
             warnings: self.warnings,
+        }
+    }
+
+    /// What is taken off all positions, which is told.
+    fn offset(&mut self, fit: Fit) -> Option<DVec3> {
+        let at = "all positions";
+        match fit {
+            Fit::Whole => None,
+            Fit::Offset(offset) => {
+                let DVec3 { x, y, z } = offset;
+                let what = format!(
+                    "they are too far from 0 for floats: {x} {y} {z} is in the translation of their \
+                     nodes and in `extras.offset`; write local coordinates to have none"
+                );
+                self.warnings.add(at, what);
+                Some(offset)
+            }
+            Fit::Rounded => {
+                let what = "they are too large and too fine for floats, and are rounded by more \
+                            than a hundredth of the median edge; cut the model into parts";
+                self.warnings.add(at, what);
+                None
+            }
         }
     }
 

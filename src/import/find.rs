@@ -53,7 +53,7 @@ impl Named {
             return Ok(Found { path, is_guess: true });
         }
         let missing = |path| Found { path, is_guess: false };
-        named.into_iter().reduce(Result::or).unwrap_or_else(|| Err(name)).map(missing)
+        named.into_iter().reduce(Result::or).unwrap_or(Err(name)).map(missing)
     }
 }
 

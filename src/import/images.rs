@@ -19,6 +19,9 @@ use crate::image_file::encoded::{EncodedImage, ImageFormat};
 /// glTF's number for texture reads that stop at the picture's edge.
 const CLAMP_TO_EDGE: u32 = 33071;
 
+/// The files of a color and its alpha, and whether reads stop at their edges.
+type CutoutKey = (Option<PathBuf>, PathBuf, bool);
+
 /// Textures of a document by the pictures that they show.
 #[derive(Debug)]
 pub(super) struct Pictures<'a> {
@@ -30,8 +33,7 @@ pub(super) struct Pictures<'a> {
     images: FxHashMap<PathBuf, (usize, ImageFormat)>,
     /// Whether each file that was asked for is gray.
     grays: FxHashMap<PathBuf, bool>,
-    /// By the files of color and alpha and whether reads stop at their edges.
-    cutouts: FxHashMap<(Option<PathBuf>, PathBuf, bool), Option<(usize, Cutout)>>,
+    cutouts: FxHashMap<CutoutKey, Option<(usize, Cutout)>>,
 }
 
 impl<'a> Pictures<'a> {

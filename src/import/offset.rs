@@ -15,11 +15,26 @@ const MAX_SAMPLED: usize = 100_000;
 /// How far rounding may move a position, in median edges.
 const MAX_SHIFT: f64 = 0.01;
 
-/// What is to be taken off all positions before they become floats; `None` if nothing is.
-pub(super) fn offset<'a>(parts: impl Iterator<Item = &'a Part> + Clone) -> Option<DVec3> {
-    let positions = || parts.clone().flat_map(|part| &part.vertices.positions);
+/// How floats hold all positions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Fit {
+    /// As they are.
+    Whole,
+    /// With this taken off.
+    Offset(DVec3),
+    /// Rounded: they are too large and too fine at once.
+    Rounded,
+}
+
+/// How floats hold the positions of these parts.
+pub(super) fn fit(parts: &[&Part]) -> Fit {
+    offset(parts).unwrap_or(Fit::Whole)
+}
+
+fn offset(parts: &[&Part]) -> Option<Fit> {
+    let positions = || parts.iter().flat_map(|part| &part.vertices.positions);
     let shift = positions().flatten().map(|&x| (x - f64::from(x as f32)).abs()).fold(0.0, f64::max);
-    if shift == 0.0 || shift <= MAX_SHIFT * median_edge(parts.clone())? {
+    if shift == 0.0 || shift <= MAX_SHIFT * median_edge(parts)? {
         return None;
     }
     let points = || positions().map(|&position| DVec3::from_array(position));
@@ -27,16 +42,19 @@ pub(super) fn offset<'a>(parts: impl Iterator<Item = &'a Part> + Clone) -> Optio
     let offset = ((low + high) / 2.0).round().as_vec3().as_dvec3();
     let far = |[low, high]: [DVec3; 2]| low.abs().max(high.abs()).max_element();
     // The middle of what is large itself gains nothing.
-    (2.0 * far([low - offset, high - offset]) < far([low, high])).then_some(offset)
+    let gains = 2.0 * far([low - offset, high - offset]) < far([low, high]);
+    Some(if gains { Fit::Offset(offset) } else { Fit::Rounded })
 }
 
-fn median_edge<'a>(parts: impl Iterator<Item = &'a Part> + Clone) -> Option<f64> {
-    let count: usize = parts.clone().map(|part| part.triangles.len() / 3).sum();
-    let corners = |part: &'a Part| {
-        let point = |&vertex: &u32| DVec3::from_array(part.vertices.positions[vertex as usize]);
-        part.triangles.as_chunks::<3>().0.iter().map(move |triangle| triangle.each_ref().map(point))
-    };
-    let sampled = parts.flat_map(corners).step_by(count.div_ceil(MAX_SAMPLED).max(1));
+fn median_edge(parts: &[&Part]) -> Option<f64> {
+    let count: usize = parts.iter().map(|part| part.triangles.len() / 3).sum();
+    let triangles = parts.iter().flat_map(|part| {
+        let triangles = part.triangles.as_chunks::<3>().0.iter();
+        triangles.map(|triangle| (&part.vertices.positions, triangle))
+    });
+    let sampled = triangles
+        .step_by(count.div_ceil(MAX_SAMPLED).max(1))
+        .map(|(positions, own)| own.map(|vertex| DVec3::from_array(positions[vertex as usize])));
     let edges = sampled.flat_map(|[a, b, c]| [a - b, b - c, c - a].map(DVec3::length));
     let mut edges: Vec<f64> = edges.filter(|length| *length > 0.0).collect();
     if edges.is_empty() {
@@ -61,18 +79,18 @@ mod tests {
     #[test]
     fn what_floats_hold_stays_where_it_is() {
         for (at, size) in [([0.0; 3], 0.1), ([1000.0, 5.0, -3.0], 1.0), ([1e6, 0.0, 0.0], 4.0)] {
-            assert_eq!(offset([triangle(at, size)].iter()), None, "{at:?}");
+            assert_eq!(fit(&[&triangle(at, size)]), Fit::Whole, "{at:?}");
         }
         // What comes as floats has lost already what it had to lose.
-        assert_eq!(offset([triangle([16_777_216.0, 0.0, 0.0], 2.0)].iter()), None);
+        assert_eq!(fit(&[&triangle([16_777_216.0, 0.0, 0.0], 2.0)]), Fit::Whole);
     }
 
     #[test]
     fn what_is_far_away_moves_by_whole_numbers() {
         let part = triangle([458_213.37, 4_512_345.21, 212.8], 0.1);
-        assert_eq!(offset([part].iter()), Some(DVec3::new(458_213.0, 4_512_345.0, 213.0)));
+        assert_eq!(fit(&[&part]), Fit::Offset(DVec3::new(458_213.0, 4_512_345.0, 213.0)));
         // From one end of the world to the other, there is no middle.
         let ends = [triangle([-4e9 + 0.1, 0.0, 0.0], 0.1), triangle([4e9 + 0.1, 0.0, 0.0], 0.1)];
-        assert_eq!(offset(ends.iter()), None);
+        assert_eq!(fit(&ends.each_ref()), Fit::Rounded);
     }
 }
