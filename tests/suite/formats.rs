@@ -357,15 +357,20 @@ fn damage_is_named_with_its_place() {
 fn no_damage_makes_a_reader_panic_or_hang() {
     let stage = Stage::new();
     stage.put("clay.png", png(&picture(4)));
-    let library = "newmtl clay\nKd 1\nmap_Kd -o 1 -s 2 2 clay.png\nTr 0.5\nbump -bm 2 clay.png\n";
+    let library = "newmtl clay\nKd 1\nmap_Kd -o 1 -s 2 2 clay.png\nTr 0.5\nbump -bm 2 clay.png\n\
+        map_d -o 1 -s 2 2 \"Clay.png\"\nmap_Ks clay.png\n";
     stage.put("shape.mtl", library);
     let shape = sphere(6, 4);
     let text = obj(&shape, "clay").into_bytes();
+    let smooth = "mtllib shape.mtl\nv 458213.37 4512345.21 0 255 0 0\nv 458213.47 4512345.21 0 0 0 0\n\
+        v 458213.47 4512345.31 0 9 9 9\nv nan 0 0 0 0 0\ns 1\nusemtl clay\nf 1 2 3\nf 1 3 4 2\ns off\n\
+        f -4/1 -3 -2\nl 1 2\n";
     // The file that is damaged, and the one that is read.
     let mut files = vec![
         ("a.obj", "a.obj", text.clone()),
         ("a.off", "a.off", off(&shape).into_bytes()),
         ("shape.mtl", "b.obj", library.into()),
+        ("c.obj", "c.obj", smooth.into()),
     ];
     stage.put("b.obj", text);
     let plies = ENCODINGS.map(|encoding| ply(&shape, encoding, "comment TextureFile clay.png\n"));

@@ -172,18 +172,29 @@ fn texts(mut corpus: Corpus) {
     let shape = sphere(6, 4);
     let text = obj(&shape, "one");
     let library = "newmtl one\nKd 0.5 0.6 0.7\nKe 0 0 0.1\nNs 30\nd 0.5\nPr 0.4\nPm 0.2\n\
-        map_Kd -o 0.1 0.2 -s 2 2 -clamp on a.bmp\nmap_Bump -bm 0.5 a.bmp\nnorm a.bmp\n";
+        map_Kd -o 0.1 0.2 -s 2 2 -clamp on a.bmp\nmap_Bump -bm 0.5 a.bmp\nnorm a.bmp\n\
+        map_d -o 0.1 0.2 -s 2 2 -clamp on \"A.bmp\"\nTr 1\n";
     corpus.add(&[&[0], text.as_bytes()]);
     corpus.add(&[&[3], text.as_bytes(), &[0], library.as_bytes()]);
     corpus.add(&[
         &[0],
         b"v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 1 1 0 0 0 1\nv .4 .3 0 1 1 1\ng a\nf 1 2 \\\n3 -1\n",
     ]);
+    corpus.add(&[
+        &[3],
+        b"v 458213.37 1e7 0 255 0 0\nv 458213.47 1e7 0 0 0 0\nv nan 0 0 0 0 0\nv 0 0 1.5 0 0 0\n\
+        s 1\nusemtl one\nf 1 2 4\ns off\nf 1/9 4 2\nf 1 2 3\nl 1 2\n\0newmtl one\nmap_d a.bmp\nTr 1\n",
+    ]);
+    let strips = "ply\rformat ascii 1.0\relement vertex 3\rproperty double x\rproperty double y\r\
+        property double Z\relement tristrips 1\rproperty list int int vertex_indices\rend_header\r\
+        0 0 nan\r1e7 0 0\r1e7 0.01 0\r5 0 1 2 -1 0\r";
+    corpus.add(&[&[1], strips.as_bytes()]);
     for encoding in ENCODINGS {
         corpus.add(&[&[1], &ply(&shape, encoding, "comment TextureFile a.bmp\n")]);
         corpus.add(&[&[1], &ply(&shape, encoding, "")]);
     }
     corpus.add(&[&[2], b"OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2\n4 0 1 2 3\n"]);
+    corpus.add(&[&[2], b"NOFF\n3 1 0\n0 0\n0 nan 0 0\n1 0 0 0 0 1\n0 1 0 0 0 1\n3 0\n1 2 9 9 9\n"]);
     corpus.add(&[
         &[2],
         b"STCNOFF\n3 1 0\n0 0 0 0 0 1 255 0 0 0 0\n1 0 0 0 0 1 0 255 0 1 0\n\
