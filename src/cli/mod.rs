@@ -141,7 +141,8 @@ enum BudgetName {
 #[derive(Debug, Args)]
 pub(crate) struct ReadingArgs {
     /// Go on, with a warning, without image files that are not there: their textures are measured as
-    /// white, or flat for normals. What is written still names them, to be put beside it.
+    /// white, or flat for normals. What is written still names them, to be put beside it. Without an
+    /// .mtl an .obj is read anyway, as plain.
     #[arg(long)]
     allow_missing: bool,
     #[command(flatten)]
