@@ -107,14 +107,23 @@ pub fn load(asset: &Asset, cache: &mut TextureCache) -> Result<Scene> {
             }
         }
     }
+    scene.origin += center(asset);
     Ok(scene)
+}
+
+/// The place that all coordinates of an asset are counted from (`CESIUM_RTC`): the world's origin unless it
+/// says otherwise.
+fn center(asset: &Asset) -> DVec3 {
+    let center = asset.json.pointer("/extensions/CESIUM_RTC/center").cloned();
+    let center = center.and_then(|center| serde_json::from_value::<[f64; 3]>(center).ok());
+    center.map_or(DVec3::ZERO, DVec3::from)
 }
 
 /// How many times its own size a scene stands from the world's origin before its positions are counted
 /// from its middle. Nearer, a float has a step of two millionths of that size at most.
 const FAR: f64 = 16.0;
 
-/// Where the positions of a scene are counted from.
+/// Where the positions of a scene are counted from, itself counted from the asset's center.
 fn origin(asset: &Asset) -> Result<DVec3> {
     let [mut low, mut high] = [DVec3::INFINITY, DVec3::NEG_INFINITY];
     for (mesh, worlds) in mesh_worlds(asset)? {
@@ -405,6 +414,16 @@ mod tests {
         assert!((turned - Vec3::new(2.0, 4.0, 3.0)).length() < 1e-5, "x becomes y: {turned}");
         asset.json["accessors"][2]["count"] = json!(1);
         assert!(load(&asset, &mut TextureCache::default()).is_err());
+    }
+
+    #[test]
+    fn assets_of_different_centers_are_in_one_place() {
+        let mut near = triangle(&json!({"mesh": 0}));
+        near.json["extensions"] = json!({"CESIUM_RTC": {"center": [6.4e6, 0, 0]}});
+        let mut far = triangle(&json!({"mesh": 0, "translation": [-0.5, 0, 0]}));
+        far.json["extensions"] = json!({"CESIUM_RTC": {"center": [6_400_000.5, 0, 0]}});
+        let [near, far] = [near, far].map(|own| load(&own, &mut TextureCache::default()).unwrap());
+        assert_eq!(far.counted_from(near.origin).positions, near.positions);
     }
 
     #[test]

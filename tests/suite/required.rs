@@ -56,9 +56,12 @@ fn distances_around_a_far_center_are_those_of_the_same_ball_at_the_origin() {
     let metrics = |build: &Build| {
         let targets = Targets::ratios(vec![0.25]).expect("a ratio");
         let baked = Baked::bytes("ball", &build.glb(), &BakeOptions { targets, ..measured() });
-        baked.report.levels[0].metrics
+        baked.report.levels[0].metrics.expect("metrics")
     };
-    assert_eq!(metrics(&far), metrics(&near));
+    let [far, near] = [metrics(&far), metrics(&near)];
+    assert!((far.distance_max_at[0] - near.distance_max_at[0] - 6_378_137.25).abs() < 1e-6);
+    let distance_max_at = near.distance_max_at;
+    assert_eq!(seamwise::evaluate::Metrics { distance_max_at, ..far }, near);
 }
 
 #[test]
