@@ -72,6 +72,7 @@ mod role;
 mod samples;
 mod scale;
 mod sharing;
+mod taps;
 pub mod transfer;
 mod validity;
 mod wrap;
@@ -89,6 +90,7 @@ pub use repair::{Outcome, repair};
 pub use role::Role;
 pub use scale::scale_down;
 pub use sharing::charts_share_from;
+pub use taps::Taps;
 pub use validity::Validity;
 pub use wrap::Wrap;
 

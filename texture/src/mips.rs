@@ -14,9 +14,10 @@
 use glam::{Vec2, Vec4};
 use rayon::prelude::*;
 
-use crate::color::{linear_to_srgb8, srgb8_to_linear};
+use crate::color::{BYTE_SHARES, linear_to_srgb8, srgb8_table};
 use crate::error::{Error, Result};
 use crate::plane::Plane;
+use crate::taps::{Quad, Taps, mix, quad};
 use crate::wrap::Wrap;
 
 /// The encoding of the color channels of 8-bit texels; alpha is always linear.
@@ -146,20 +147,49 @@ impl Mips {
     /// # Panics
     /// If there are not as many levels.
     pub fn sample_bilinear(&self, level: usize, uv: Vec2, wrap: [Wrap; 2]) -> [f32; 4] {
-        self.levels[level].bilinear(uv, wrap).to_array()
+        let level = &self.levels[level];
+        level.bilinear(&quad(uv, [level.width, level.height], wrap)).to_array()
     }
 
     /// Trilinear sample, decoded: linear between the two levels around `lod`, which is held to the
     /// levels there are. A `lod` or UV that is not a number reads as 0.
     pub fn sample(&self, uv: Vec2, wrap: [Wrap; 2], lod: f32) -> [f32; 4] {
+        self.read(&self.taps(uv, wrap, lod)).to_array()
+    }
+
+    /// What [`Mips::sample`] reads, of this image or of any of its [size](Mips::size).
+    #[inline]
+    pub fn taps(&self, uv: Vec2, wrap: [Wrap; 2], lod: f32) -> Taps {
         let last = self.levels.len() - 1;
         let lod = if lod > 0.0 { lod.min(last as f32) } else { 0.0 };
-        let (fine, t) = (lod as usize, lod.fract());
-        let value = self.levels[fine].bilinear(uv, wrap);
-        if t == 0.0 {
-            return value.to_array();
+        let level = lod as usize;
+        let t = lod - level as f32;
+        let (near, far) = (&self.levels[level], &self.levels[(level + 1).min(last)]);
+        Taps {
+            level: level as u32,
+            t,
+            fine: quad(uv, [near.width, near.height], wrap),
+            coarse: quad(uv, [far.width, far.height], wrap),
         }
-        mix(value, self.levels[fine + 1].bilinear(uv, wrap), t).to_array()
+    }
+
+    /// A trilinear sample from what it reads, decoded.
+    ///
+    /// # Panics
+    /// If the taps are those of a larger image.
+    #[inline]
+    pub fn read(&self, taps: &Taps) -> Vec4 {
+        let level = taps.level as usize;
+        let value = self.levels[level].bilinear(&taps.fine);
+        if taps.t == 0.0 {
+            return value;
+        }
+        mix(value, self.levels[level + 1].bilinear(&taps.coarse), taps.t)
+    }
+
+    /// Width and height in texels.
+    pub fn size(&self) -> [usize; 2] {
+        [self.levels[0].width, self.levels[0].height]
     }
 }
 
@@ -193,50 +223,37 @@ impl MipLevel {
     }
 
     #[inline]
-    fn bilinear(&self, uv: Vec2, wrap: [Wrap; 2]) -> Vec4 {
-        let (x0, x1, tx) = taps(uv.x, self.width, wrap[0]);
-        let (y0, y1, ty) = taps(uv.y, self.height, wrap[1]);
-        let top = mix(self.read(x0, y0), self.read(x1, y0), tx);
-        let bottom = mix(self.read(x0, y1), self.read(x1, y1), tx);
-        mix(top, bottom, ty)
+    fn bilinear(&self, quad: &Quad) -> Vec4 {
+        match &self.texels {
+            Texels::Bytes(texels, ColorEncoding::Srgb) => {
+                let light = srgb8_table();
+                quad.mix(|at| {
+                    let [r, g, b, a] = texels[at];
+                    let (r, g, b) = (light[r as usize], light[g as usize], light[b as usize]);
+                    Vec4::new(r, g, b, BYTE_SHARES[a as usize])
+                })
+            }
+            // Divided once: a division is exact where all four are equal, whenever it is made.
+            Texels::Bytes(texels, ColorEncoding::Linear) => {
+                let texel = |[r, g, b, a]: [u8; 4]| {
+                    Vec4::new(f32::from(r), f32::from(g), f32::from(b), f32::from(a))
+                };
+                quad.mix(|at| texel(texels[at])) / 255.0
+            }
+            Texels::Floats(texels) => quad.mix(|at| Vec4::from_array(texels[at])),
+        }
     }
-}
-
-/// Linear interpolation, exact where both ends are equal, as `Vec4::lerp` is not.
-#[inline]
-fn mix(a: Vec4, b: Vec4, t: f32) -> Vec4 {
-    a + (b - a) * t
-}
-
-/// The two texels of an axis that a bilinear sample at coordinate `u` reads, and the weight of the
-/// second.
-#[inline]
-fn taps(u: f32, size: usize, wrap: Wrap) -> (usize, usize, f32) {
-    // One period first: exact in floats, and keeps fractions of a texel far from the origin.
-    let u = if wrap == Wrap::Repeat { u - u.floor() } else { u };
-    let at = u * size as f32 - 0.5;
-    let at = if at.is_finite() { at } else { -0.5 };
-    let floor = at.floor();
-    let first = floor as i64;
-    let second = first.saturating_add(1);
-    // The division in `Wrap::texel` costs more than the rest of this function.
-    let inside = |i: i64| if (i as u64) < size as u64 { i as usize } else { wrap.texel(i, size) };
-    (inside(first), inside(second), at - floor)
 }
 
 #[inline]
 fn decode(texel: [u8; 4], encoding: ColorEncoding) -> Vec4 {
     let [r, g, b, a] = texel;
     match encoding {
-        ColorEncoding::Srgb => Vec4::new(
-            srgb8_to_linear(r),
-            srgb8_to_linear(g),
-            srgb8_to_linear(b),
-            f32::from(a) / 255.0,
-        ),
-        ColorEncoding::Linear => {
-            Vec4::new(f32::from(r), f32::from(g), f32::from(b), f32::from(a)) / 255.0
+        ColorEncoding::Srgb => {
+            let [r, g, b] = [r, g, b].map(|byte| srgb8_table()[byte as usize]);
+            Vec4::new(r, g, b, f32::from(a) / 255.0)
         }
+        ColorEncoding::Linear => Vec4::from_array([r, g, b, a].map(f32::from)) / 255.0,
     }
 }
 
@@ -304,6 +321,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::color::srgb8_to_linear;
 
     const REPEAT: [Wrap; 2] = [Wrap::Repeat; 2];
 
