@@ -42,6 +42,20 @@ impl Aabb {
         points.iter().fold(Self::EMPTY, |bounds, &p| bounds.union(Self { min: p, max: p }))
     }
 
+    /// The box around a triangle.
+    #[inline]
+    pub(crate) fn of_triangle([a, b, c]: &[Vec3; 3]) -> Self {
+        Self { min: a.min(*b).min(*c), max: a.max(*b).max(*c) }
+    }
+
+    /// Squared distance from `p`. Differences in f32, squares in f64, where they neither overflow nor
+    /// vanish.
+    #[inline]
+    pub(crate) fn distance_squared(&self, p: Vec3) -> f64 {
+        let outside = (self.min - p).max(p - self.max).max(Vec3::ZERO);
+        outside.as_dvec3().length_squared()
+    }
+
     fn union(self, other: Self) -> Self {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
@@ -71,12 +85,10 @@ pub(crate) struct Node {
 }
 
 impl Node {
-    /// Squared distance from `p` to the box. Differences in f32, squares in f64, where they neither
-    /// overflow nor vanish.
+    /// Squared distance from `p` to the box.
     #[inline]
     pub(crate) fn distance_squared(&self, p: Vec3) -> f64 {
-        let outside = (self.min - p).max(p - self.max).max(Vec3::ZERO);
-        outside.as_dvec3().length_squared()
+        Aabb { min: self.min, max: self.max }.distance_squared(p)
     }
 }
 

@@ -27,7 +27,8 @@ pub fn area_vector(corners: [Vec3; 3]) -> DVec3 {
 /// edge is not what is nearest. A line or a point for a triangle is answered by its edges.
 /// Finite input gives finite output, but for squares beyond the range of f64, which f32 cannot name.
 pub fn closest_on_triangle(p: DVec3, corners: &[Vec3; 3]) -> (DVec3, DVec3, f64) {
-    let [a, b, c] = corners.map(|corner| corner.as_dvec3() - p);
+    let [a, b, c] = corners;
+    let (a, b, c) = (a.as_dvec3() - p, b.as_dvec3() - p, c.as_dvec3() - p);
     let (ab, bc, ca) = (b - a, c - b, a - c);
     let normal = ab.cross(bc);
     let square = normal.length_squared();
@@ -48,7 +49,7 @@ pub fn closest_on_triangle(p: DVec3, corners: &[Vec3; 3]) -> (DVec3, DVec3, f64)
     }
     let edges = [(b, bc, 1), (c, ca, 2), (a, ab, 0)];
     let mut best = (DVec3::X, a, f64::INFINITY);
-    for (slot, (start, edge, first)) in edges.into_iter().enumerate() {
+    for (slot, &(start, edge, first)) in edges.iter().enumerate() {
         if weights[slot] >= 0.0 {
             continue;
         }
