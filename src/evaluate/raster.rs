@@ -11,9 +11,7 @@
 //! negative of the other: no sample between them is missed. A sample on the edge belongs to both,
 //! and of equal depths the triangle that comes first in the scene stays.
 
-use std::ops::{Add, Mul, Sub};
-
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DMat3, DVec2, DVec3, Vec3};
 
 use super::camera::Camera;
 use super::scene::Scene;
@@ -32,12 +30,18 @@ pub(super) struct View<'a> {
     pub(super) resolution: usize,
     /// One per vertex, in the camera's frame.
     points: Vec<DVec3>,
+    /// One per vertex: where it lies in the image, in samples from its top left corner. Of no meaning
+    /// where it is nearer than the camera sees.
+    places: Vec<DVec2>,
 }
 
 impl<'a> View<'a> {
     pub(super) fn new(scene: &'a Scene, camera: &'a Camera, resolution: usize) -> Self {
-        let points = scene.positions.iter().map(|point| camera.to_view(*point)).collect();
-        Self { scene, camera, resolution, points }
+        let points: Vec<DVec3> =
+            scene.positions.iter().map(|point| camera.to_view(*point)).collect();
+        let mut view = Self { scene, camera, resolution, points, places: Vec::new() };
+        view.places = view.points.iter().map(|point| view.place(*point)).collect();
+        view
     }
 
     /// Samples per axis.
@@ -51,11 +55,19 @@ impl<'a> View<'a> {
         DVec3::new(scaled.x, -scaled.y, 1.0)
     }
 
+    /// Where a point of the camera's frame lies in the image, in samples from its top left corner.
+    fn place(&self, point: DVec3) -> DVec2 {
+        let scale = self.size() as f64 * 0.5;
+        let tangent = point.truncate() / (point.z * self.camera.half_width);
+        DVec2::new(1.0 + tangent.x, 1.0 - tangent.y) * scale
+    }
+
     /// The triangle, ready to be intersected; nothing if it names a vertex that is not there, or is
     /// seen from no side.
     pub(super) fn facet(&self, triangle: usize) -> Option<Facet> {
-        let [a, b, c] = self.scene.triangles[triangle].map(|v| self.points.get(v as usize));
-        Facet::new(triangle, [*a?, *b?, *c?])
+        let [a, b, c] = self.scene.triangles[triangle];
+        let point = |vertex: u32| self.points.get(vertex as usize).copied();
+        Facet::new(triangle, [point(a)?, point(b)?, point(c)?])
     }
 }
 
@@ -67,8 +79,8 @@ pub(super) struct Facet {
     pub(super) front: bool,
     /// In the camera's frame.
     corners: [DVec3; 3],
-    /// eᵢ of a ray is `edges[i] · ray`; at least 0 inside.
-    edges: [DVec3; 3],
+    /// The numbers e of a ray are `edges · ray`, one per column's coordinate; at least 0 inside.
+    edges: DMat3,
     /// Six times the volume of triangle and eye, above 0.
     volume: f64,
 }
@@ -82,26 +94,17 @@ pub(super) struct Hit {
     pub(super) dy: Vec3,
 }
 
-impl Hit {
-    /// The value at the point from those at the corners; exactly theirs where they are equal.
-    pub(super) fn interpolate<T>(&self, [a, b, c]: [T; 3]) -> T
-    where
-        T: Copy + Add<Output = T> + Sub<Output = T> + Mul<f32, Output = T>,
-    {
-        a + (b - a) * self.barycentrics.y + (c - a) * self.barycentrics.z
-    }
-}
-
 impl Facet {
     fn new(triangle: usize, corners: [DVec3; 3]) -> Option<Self> {
         let [a, b, c] = corners;
-        let edges = [b.cross(c), c.cross(a), a.cross(b)];
-        let volume = a.dot(edges[0]);
+        let edge = b.cross(c);
+        let volume = a.dot(edge);
         if !volume.is_finite() || volume == 0.0 {
             return None;
         }
         let front = volume > 0.0;
-        let edges = if front { edges } else { edges.map(|edge| -edge) };
+        let edges = DMat3::from_cols(edge, c.cross(a), a.cross(b)).transpose();
+        let edges = if front { edges } else { -edges };
         Some(Self { triangle, front, corners, edges, volume: volume.abs() })
     }
 
@@ -113,22 +116,25 @@ impl Facet {
         if self.front { -normal } else { normal }
     }
 
+    /// The numbers e at an image point, in samples, and their change from one sample to the next to the
+    /// right and down.
+    pub(super) fn numbers(&self, view: &View<'_>, at: DVec2) -> [DVec3; 3] {
+        let sample = 2.0 * view.camera.half_width / view.size() as f64;
+        let DMat3 { x_axis, y_axis, .. } = self.edges;
+        [self.edges * view.ray(at), x_axis * sample, y_axis * -sample]
+    }
+
     /// The point under an image point inside the triangle.
     pub(super) fn hit(&self, view: &View<'_>, at: DVec2) -> Hit {
-        let ray = view.ray(at);
-        let [a, b, c] = self.edges;
-        let numbers = DVec3::new(a.dot(ray), b.dot(ray), c.dot(ray));
+        let [numbers, right, down] = self.numbers(view, at);
         let sum = numbers.element_sum();
         let barycentrics = numbers / sum;
-        let pixel = 2.0 * view.camera.half_width / view.resolution as f64;
         // The quotient rule on eᵢ / Σe.
-        let change =
-            |edges: DVec3| ((edges - barycentrics * edges.element_sum()) * (pixel / sum)).as_vec3();
-        Hit {
-            barycentrics: barycentrics.as_vec3(),
-            dx: change(DVec3::new(a.x, b.x, c.x)),
-            dy: change(DVec3::new(a.y, b.y, c.y)),
-        }
+        let change = |numbers: DVec3| {
+            let pixel = numbers * SAMPLES as f64;
+            ((pixel - barycentrics * pixel.element_sum()) / sum).as_vec3()
+        };
+        Hit { barycentrics: barycentrics.as_vec3(), dx: change(right), dy: change(-down) }
     }
 }
 
@@ -147,74 +153,112 @@ impl Layer {
     }
 
     /// Draws a triangle where it is nearer than what the layer and `solid` hold and `keep` says so
-    /// of the point in the image, in samples.
+    /// of the sample, by its column and row.
     pub(super) fn draw(
         &mut self,
         view: &View<'_>,
         facet: &Facet,
         solid: Option<&Self>,
-        keep: impl Fn(DVec2) -> bool,
+        mut keep: impl FnMut([usize; 2]) -> bool,
     ) {
-        let Some([left, top, right, bottom]) = bounds(view, facet.corners) else { return };
+        let Some([left, top, right, bottom]) = bounds(view, facet) else { return };
         let nearest = 1.0 / view.camera.near;
         let per_depth = 1.0 / facet.volume;
-        // eᵢ over the image is slope · x + (its value at the row's start).
-        let slope = view.ray(DVec2::X) - view.ray(DVec2::ZERO);
-        let slopes = facet.edges.map(|edge| edge.x * slope.x);
+        let slopes = facet.edges.x_axis * (view.ray(DVec2::X).x - view.ray(DVec2::ZERO).x);
+        let inverses = -slopes.recip();
+        let slope = slopes.element_sum() * per_depth;
         for y in top..=bottom {
-            let start = view.ray(DVec2::new(0.5, y as f64 + 0.5));
-            let starts = facet.edges.map(|edge| edge.dot(start));
-            for x in left..=right {
-                let [a, b, c] = [0, 1, 2].map(|i| slopes[i] * x as f64 + starts[i]);
-                if a < 0.0 || b < 0.0 || c < 0.0 {
-                    continue;
-                }
-                let inverse_depth = (a + b + c) * per_depth;
-                let sample = y * view.size() + x;
-                let behind = |layer: &Self| layer.inverse_depths[sample] < inverse_depth as f32;
-                if inverse_depth <= nearest
-                    && behind(self)
-                    && solid.is_none_or(behind)
-                    && keep(DVec2::new(x as f64 + 0.5, y as f64 + 0.5))
+            // The numbers over the row are slopes · x + starts.
+            let starts = facet.edges * view.ray(DVec2::new(0.5, y as f64 + 0.5));
+            let start = starts.element_sum() * per_depth;
+            let (mut first, mut end) = (left, right + 1);
+            clip(slopes.x, starts.x, inverses.x, &mut first, &mut end);
+            clip(slopes.y, starts.y, inverses.y, &mut first, &mut end);
+            clip(slopes.z, starts.z, inverses.z, &mut first, &mut end);
+            let row = y * view.size();
+            for x in first..end {
+                let inverse_depth = slope * x as f64 + start;
+                let (sample, nearness) = (row + x, inverse_depth as f32);
+                if nearness > self.inverse_depths[sample]
+                    && inverse_depth <= nearest
+                    && solid.is_none_or(|solid| nearness > solid.inverse_depths[sample])
+                    && keep([x, y])
                 {
                     self.triangles[sample] = facet.triangle as u32;
-                    self.inverse_depths[sample] = inverse_depth as f32;
+                    self.inverse_depths[sample] = nearness;
                 }
             }
         }
     }
 }
 
+/// Narrows a range to the x for which `slope · x + start`, as rounded, is at least 0: all of them lie
+/// together, as neither rounding nor the line turns back. `inverse` is about −1 / slope.
+#[inline]
+fn clip(slope: f64, start: f64, inverse: f64, first: &mut usize, end: &mut usize) {
+    let is_inside = |x: usize| slope * x as f64 + start >= 0.0;
+    let (low, high) = (*first, *end);
+    if low >= high {
+        return;
+    }
+    // Where the line is 0 but for rounding; then stepped to where it is.
+    let mut cut = ((start * inverse) as usize).clamp(low, high);
+    if slope > 0.0 {
+        while cut > low && is_inside(cut - 1) {
+            cut -= 1;
+        }
+        while cut < high && !is_inside(cut) {
+            cut += 1;
+        }
+        *first = cut;
+    } else if slope < 0.0 {
+        while cut < high && is_inside(cut) {
+            cut += 1;
+        }
+        while cut > low && !is_inside(cut - 1) {
+            cut -= 1;
+        }
+        *end = cut;
+    } else if !is_inside(low) {
+        *end = low;
+    }
+}
+
 /// The samples `[left, top, right, bottom]`, all included, that a triangle may cover; nothing if it
 /// lies outside the frame.
-fn bounds(view: &View<'_>, corners: [DVec3; 3]) -> Option<[usize; 4]> {
-    let near = view.camera.near;
+fn bounds(view: &View<'_>, facet: &Facet) -> Option<[usize; 4]> {
     let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-    let mut reach = |point: DVec3| {
-        let at = point.truncate() / point.z;
-        low = low.min(at);
-        high = high.max(at);
+    let mut reach = |place: DVec2| {
+        low = low.min(place);
+        high = high.max(place);
     };
-    for slot in 0..3 {
-        let (from, to) = (corners[slot], corners[(slot + 1) % 3]);
-        if from.z >= near {
-            reach(from);
-        }
-        if (from.z >= near) != (to.z >= near) {
-            let crossing = from.lerp(to, (near - from.z) / (to.z - from.z));
-            reach(DVec3::new(crossing.x, crossing.y, near));
+    let near = view.camera.near;
+    if facet.corners.iter().all(|corner| corner.z >= near) {
+        let [a, b, c] = view.scene.triangles[facet.triangle];
+        [a, b, c].into_iter().for_each(|vertex| reach(view.places[vertex as usize]));
+    } else {
+        for slot in 0..3 {
+            let (from, to) = (facet.corners[slot], facet.corners[(slot + 1) % 3]);
+            if from.z >= near {
+                reach(view.place(from));
+            }
+            if (from.z >= near) != (to.z >= near) {
+                let crossing = from.lerp(to, (near - from.z) / (to.z - from.z));
+                reach(view.place(DVec3::new(crossing.x, crossing.y, near)));
+            }
         }
     }
-    let size = view.size() as f64;
-    let to_samples = |at: f64| (at / view.camera.half_width + 1.0) * 0.5 * size;
     // A sample that rounding adds is refused by its barycentrics.
-    let first = |at: f64| (at - 0.5 - 1e-6).ceil().max(0.0);
-    let last = |at: f64| (at - 0.5 + 1e-6).floor().min(size - 1.0);
-    let [left, right] = [first(to_samples(low.x)), last(to_samples(high.x))];
-    let [top, bottom] = [first(to_samples(-high.y)), last(to_samples(-low.y))];
-    (left <= right && top <= bottom).then_some([
-        left as usize,
-        top as usize,
+    let first = |at: f64| {
+        let at = (at - 0.5 - 1e-6).max(0.0);
+        (at as usize).saturating_add(usize::from(at > (at as usize) as f64))
+    };
+    let last = |at: f64| (at - 0.5 + 1e-6).min(view.size() as f64 - 1.0);
+    let [right, bottom] = [last(high.x), last(high.y)];
+    let [left, top] = [first(low.x), first(low.y)];
+    (left as f64 <= right && top as f64 <= bottom).then_some([
+        left,
+        top,
         right as usize,
         bottom as usize,
     ])
