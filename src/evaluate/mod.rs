@@ -198,10 +198,10 @@ impl<'a> Reference<'a> {
         let (measures, soundness) =
             (measure(positions, triangles), check_soundness(positions, triangles));
         let views = Views::new(candidate, &self.rig, self.mode);
-        let by_view = self.views.compare(&views, &self.seams)?;
+        let by_view = self.views.compare(&views, &self.seams);
         let seen = Seen::pool(&by_view);
         let difference = seen.difference;
-        let at_switch = self.at_switch(candidate, both.distance_rms, &seen)?;
+        let at_switch = self.at_switch(candidate, both.distance_rms, &seen);
         let gained = |now: usize, before: usize| now as i64 - before as i64;
         let metrics = Metrics {
             rms_luminance: difference.rms(),
@@ -239,16 +239,16 @@ impl<'a> Reference<'a> {
 
     /// Looks again from so far away that a surface of this distance is off by the tolerance; `seen`
     /// is what the rig saw.
-    fn at_switch(&self, candidate: &Scene, distance_rms: f64, seen: &Seen) -> Result<AtSwitch> {
+    fn at_switch(&self, candidate: &Scene, distance_rms: f64, seen: &Seen) -> AtSwitch {
         let size = largest_size(self.options.pixel_tolerance, distance_rms);
         let rig = self.rig.sized(self.diagonal(), size);
         let pixels = size.min(self.rig.pixels(self.diagonal()));
         if rig.resolution == self.rig.resolution {
-            return Ok(AtSwitch::new(pixels, rig.resolution, seen));
+            return AtSwitch::new(pixels, rig.resolution, seen);
         }
         let [own, other] = [self.scene, candidate].map(|scene| Views::new(scene, &rig, self.mode));
-        let seen = Seen::pool(&own.compare(&other, &[])?);
-        Ok(AtSwitch::new(pixels, rig.resolution, &seen))
+        let seen = Seen::pool(&own.compare(&other, &[]));
+        AtSwitch::new(pixels, rig.resolution, &seen)
     }
 
     /// A sheet or a flat thing has no volume of its own: what rounding leaves says nothing.

@@ -8,7 +8,6 @@ use super::metrics::{AtSwitch, ViewMetrics};
 use super::render::{Image, render_views};
 use super::scene::{Mode, Scene};
 use super::similarity::{Similarity, Tones};
-use crate::error::Result;
 
 /// One picture per camera, in their order.
 pub(super) struct Views {
@@ -37,12 +36,12 @@ impl Views {
 
     /// Compares those of a candidate by the same rig, view by view. `seams` tells for each view the
     /// pixels in the band around seams, and may be empty.
-    pub(super) fn compare(&self, candidate: &Self, seams: &[Vec<bool>]) -> Result<Vec<Seen>> {
+    pub(super) fn compare(&self, candidate: &Self, seams: &[Vec<bool>]) -> Vec<Seen> {
         let compare = |view: usize| {
             let band = seams.get(view).map_or(&[][..], Vec::as_slice);
             let difference = Difference::between(&self.images[view], &candidate.images[view], band);
-            let similarity = Similarity::between(&self.tones[view], &candidate.tones[view])?;
-            Ok(Seen { difference, similarity })
+            let similarity = Similarity::between(&self.tones[view], &candidate.tones[view]);
+            Seen { difference, similarity }
         };
         (0..self.images.len()).into_par_iter().map(compare).collect()
     }
