@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use seamwise_attr::{Sample, TriangleId, area_vector};
-use seamwise_texture::color::linear_to_srgb;
+use seamwise_texture::color::SrgbCurve;
 
 use super::appearance::Appearance;
 use super::distance::Correspondence;
@@ -59,7 +59,8 @@ impl Appearance for Scene {
         let texel = |texture| self.texel(texture, triangle, at);
         let texture = material.base_color_texture.as_ref().map_or(Vec4::ONE, texel);
         let color = material.base_color * texture * self.interpolate(&self.colors, triangle, at);
-        color.truncate().to_array().map(|x| linear_to_srgb(x.clamp(0.0, 1.0)))
+        let curve = SrgbCurve::get();
+        [color.x, color.y, color.z].map(|x| curve.encode(x.clamp(0.0, 1.0)))
     }
 
     fn normal(&self, triangle: TriangleId, at: Vec3) -> Vec3 {

@@ -10,7 +10,7 @@
 
 use std::ops::AddAssign;
 
-use seamwise_texture::color::{linear_to_srgb, luminance};
+use seamwise_texture::color::{SrgbCurve, luminance};
 
 use super::render::Image;
 
@@ -53,6 +53,7 @@ impl Difference {
             (candidate.width, candidate.height),
             "images of two rigs"
         );
+        let curve = SrgbCurve::get();
         let mut sum = Self { pixels: reference.rgb.len() as u64, ..Self::default() };
         for (at, (&a, &b)) in reference.rgb.iter().zip(&candidate.rgb).enumerate() {
             let (mask_a, mask_b) = (reference.coverage[at], candidate.coverage[at]);
@@ -62,13 +63,12 @@ impl Difference {
             sum.covered_pixels += u64::from(covered);
             let at_seam = seams.get(at) == Some(&true);
             sum.seam_pixels += u64::from(at_seam);
-            // Most pixels of most pairs are background in both: spare them the power.
             if a == b {
                 continue;
             }
             let (a, b) = (luminance(a), luminance(b));
             let linear = f64::from(a - b).powi(2);
-            let srgb = f64::from(linear_to_srgb(a) - linear_to_srgb(b)).powi(2);
+            let srgb = f64::from(curve.encode(a) - curve.encode(b)).powi(2);
             sum.squared += linear;
             sum.squared_srgb += srgb;
             if covered {
@@ -145,6 +145,8 @@ fn root_mean(sum: f64, count: u64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use seamwise_texture::color::linear_to_srgb;
+
     use super::*;
 
     /// A row of gray pixels and their coverage.
