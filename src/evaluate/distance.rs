@@ -5,7 +5,7 @@
 //! The two directions differ (a lost spike is far from what remains, but what remains is near to the
 //! spike), so both are given, and the larger of them as the symmetric figure. RMS and mean are over
 //! samples spread by area. The maximum is found by bounds (`farthest`, which says when it gives up):
-//! the Hausdorff distance within 1 % and 1e-5 of the diagonal.
+//! the Hausdorff distance within 0.2 % and 2e-6 of the diagonal.
 //!
 //! A triangle that both surfaces have, bit for bit, is its own nearest: samples on it correspond at
 //! distance 0 without a search. So a surface against itself gives exactly 0, in distance and in
@@ -141,7 +141,7 @@ pub struct Pair {
 pub struct Correspondence {
     /// One per sample, in their order.
     pub pairs: Vec<Pair>,
-    /// The greatest distance of any point, within 1 % and 1e-5 of the diagonal.
+    /// The greatest distance of any point, within 0.2 % and 2e-6 of the diagonal.
     pub greatest: f64,
     /// The point that is so far; the origin where none is off.
     pub farthest: DVec3,
@@ -154,7 +154,7 @@ pub struct Distances {
     pub rms: f64,
     /// Mean over the samples.
     pub mean: f64,
-    /// The greatest of any point, within 1 % and 1e-5 of the diagonal.
+    /// The greatest of any point, within 0.2 % and 2e-6 of the diagonal.
     pub max: f64,
 }
 

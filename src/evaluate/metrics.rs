@@ -94,7 +94,7 @@ pub struct OneSidedDistance {
     pub distance_rms: f64,
     /// Mean.
     pub distance_mean: f64,
-    /// Greatest of any point, within 1 % and 1e-5 of the diagonal.
+    /// Greatest of any point, within 0.2 % and 2e-6 of the diagonal.
     pub distance_max: f64,
 }
 
