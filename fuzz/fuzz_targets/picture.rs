@@ -21,7 +21,7 @@ fuzz_target!(|bytes: &[u8]| {
     let memory_limit = MemoryLimit::of_bytes(64 << 20);
     let options = RepairOptions {
         // Nearly no texel has this color, so that nearly all are valid and a file is written.
-        background: Background::Color([0.987; 4]),
+        background: Background::Colors(vec![[0.987; 4]]),
         reading: ReadOptions { memory_limit, ..ReadOptions::default() },
         ..RepairOptions::default()
     };

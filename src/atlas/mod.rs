@@ -1,5 +1,6 @@
 //! The texels of an asset's images that its surfaces use, and the repair of all others.
 
+pub mod alpha;
 pub mod charts;
 pub(crate) mod seams;
 
@@ -8,17 +9,18 @@ use image::DynamicImage;
 use rayon::prelude::*;
 use seamwise_texture::equalize::{self, Equalized, Seam, equalize};
 use seamwise_texture::{
-    Footprint, Outcome, Role, Validity, Wrap, keep_padding, repair, scale_down,
+    Footprint, Outcome, Role, Validity, Wrap, alpha_tells, keep_padding, repair, repair_hidden,
 };
 
 use crate::document::asset::Asset;
-use crate::document::material::{TextureSlot, main_role, material_slots, textures_of};
+use crate::document::material::{AlphaUse, TextureSlot, main_role, material_slots, textures_of};
 use crate::document::primitive::Primitive;
 use crate::error::{Error, Result};
 use crate::image_file::codec::{EncodeOptions, decode, encode_anew};
 use crate::image_file::encoded::EncodedImage;
 use crate::limit::MemoryLimit;
 use crate::surface::geometry::check_size;
+use alpha::{Alpha, KeptCoverage, Scale};
 use charts::{Charts, Reads};
 use seams::seams_of_images;
 
@@ -35,6 +37,8 @@ pub struct Atlas {
     pub charts: Charts,
     /// Whether points or lines use it too, of which no chart tells.
     pub beyond_charts: bool,
+    /// The use of its alpha.
+    pub alpha: Alpha,
 }
 
 /// Every image that a material of some primitive uses, in the order of the document.
@@ -71,8 +75,10 @@ fn add_primitive(
             wrap: slot.wrap,
             charts: Charts::default(),
             beyond_charts: false,
+            alpha: Alpha::default(),
         });
         atlas.role = main_role(atlas.role, slot.role);
+        atlas.alpha.add(AlphaUse::of(asset, slot)?);
         atlas.beyond_charts |= !primitive.is_surface();
         let reading = (slot.image, slot.uv_set, slot.transform);
         if primitive.is_surface() && !seen.contains(&reading) {
@@ -99,6 +105,8 @@ pub struct ImageRepair {
     pub image: usize,
     /// The meaning of its texels, if a primitive uses it.
     pub role: Option<Role>,
+    /// The use of its alpha.
+    pub alpha: Alpha,
     /// The repair, or the reason why there was none.
     pub result: std::result::Result<Repaired, LeftAlone>,
 }
@@ -116,6 +124,8 @@ pub struct Repaired {
     pub outcome: Outcome,
     /// The equalization of seams, if it was asked for.
     pub equalized: Option<Equalized>,
+    /// The coverage of a cutout, if it was to be kept.
+    pub coverage: Option<KeptCoverage>,
     atlas: Atlas,
 }
 
@@ -123,6 +133,11 @@ impl Repaired {
     /// The counts of texels that filtering inside the charts read before the repair.
     pub fn reads(&self, footprint: Footprint) -> Reads {
         self.atlas.charts.reads(&self.validity, self.atlas.wrap, footprint)
+    }
+
+    /// Whether some materials hide what has alpha 0 and others show it, so that its color stayed.
+    pub fn is_hidden_in_part(&self) -> bool {
+        self.atlas.alpha.hides && self.atlas.alpha.shows && alpha_tells(&self.texels, Role::Color)
     }
 }
 
@@ -155,12 +170,15 @@ pub struct AtlasOptions {
     /// [`keep_padding`].
     pub keep_padding: usize,
     /// Number of times that images are halved, each texel the mean of valid ones; see
-    /// [`scale_down`]. Images that charts cover are scaled too, those left alone for another reason
-    /// are not.
+    /// [`scale_down`](seamwise_texture::scale_down). Images that charts cover are scaled too, those
+    /// left alone for another reason are not.
     pub halvings: u32,
     /// Whether and how both sides of seams are made to read the same, after the fill; in images that
     /// charts cover in whole too.
     pub equalize: Option<equalize::Options>,
+    /// Whether the alpha of images that a `MASK` cuts out is scaled as they are halved, so that as
+    /// large a share of their texels passes the cutoff.
+    pub keep_coverage: bool,
 }
 
 /// Repairs every image of an asset whose charts leave texels uncovered; one result per image.
@@ -181,11 +199,12 @@ pub fn repair_all_with(asset: &Asset, options: AtlasOptions) -> Result<Vec<Image
     let repair = |(image, atlas): (usize, Option<Atlas>)| {
         let role = atlas.as_ref().map(|atlas| atlas.role);
         let seams = seams.as_ref().map_or(&[][..], |seams| &seams[image]);
+        let alpha = atlas.as_ref().map(|atlas| atlas.alpha).unwrap_or_default();
         let result = match atlas {
             Some(atlas) => repair_one(asset, atlas, options, seams)?,
             None => Err(LeftAlone::NotWorn),
         };
-        Ok(ImageRepair { image, role, result })
+        Ok(ImageRepair { image, role, alpha, result })
     };
     atlas_of_each(asset)?.into_par_iter().enumerate().map(repair).collect()
 }
@@ -208,25 +227,31 @@ fn repair_one(
     if validity.valid() == 0 {
         return Ok(Err(LeftAlone::NoChart));
     }
+    let Alpha { hides, shows, cutoff } = atlas.alpha;
+    let fills_hidden = hides && !shows && alpha_tells(&texels, Role::Color);
     let covered = validity.invalid() == 0;
-    if covered && options.halvings == 0 && seams.is_empty() {
+    if covered && options.halvings == 0 && seams.is_empty() && !fills_hidden {
         return Ok(Err(LeftAlone::Covered));
     }
     let fault = |error: seamwise_texture::Error| Error::invalid(&at, error.to_string());
     let Atlas { role, wrap, .. } = atlas;
     let rings = options.keep_padding;
+    let cutoff = cutoff.filter(|_| options.keep_coverage && !shows);
+    let mut coverage = None;
     let padding = keep_padding(&texels, role, &mut validity, wrap, rings).map_err(fault)?;
     if options.halvings > 0 {
-        (texels, validity) =
-            scale_down(&texels, role, &validity, options.halvings).map_err(fault)?;
+        let scale = Scale { role, halvings: options.halvings, cutoff };
+        coverage = scale.down(&mut texels, &mut validity).map_err(fault)?;
     }
-    let outcome = repair(&mut texels, role, &validity, wrap).map_err(fault)?;
+    let fill = if fills_hidden { repair_hidden } else { repair };
+    let outcome = fill(&mut texels, role, &validity, wrap).map_err(fault)?;
     let equalize = |options| equalize(&mut texels, role, &validity, wrap, seams, options);
     let equalized = options.equalize.map(equalize).transpose().map_err(fault)?;
-    if covered && options.halvings == 0 && equalized.is_none_or(|done| done.texels == 0) {
+    let is_untouched = outcome.hidden == 0 && equalized.is_none_or(|done| done.texels == 0);
+    if covered && options.halvings == 0 && is_untouched {
         return Ok(Err(LeftAlone::Covered));
     }
-    Ok(Ok(Repaired { texels, validity, padding, outcome, equalized, atlas }))
+    Ok(Ok(Repaired { texels, validity, padding, outcome, equalized, coverage, atlas }))
 }
 
 /// The asset's images with the repaired ones in their places, each in the format it came in unless
@@ -324,8 +349,46 @@ mod tests {
         let mut charts = quarter(0.0);
         charts.append(quarter(0.5));
         let wrap = [Wrap::Repeat; 2];
-        let atlas = Atlas { image: 0, role: Role::Color, wrap, charts, beyond_charts: false };
+        let alpha = Alpha::default();
+        let beyond_charts = false;
+        let atlas = Atlas { image: 0, role: Role::Color, wrap, charts, beyond_charts, alpha };
         let flags = [true, false, true, false].repeat(2);
         assert_eq!(atlas.validity(4, 2), Validity::from_flags(4, 2, flags));
+    }
+
+    #[test]
+    fn colors_under_alpha_0_are_filled_where_no_material_shows_them() {
+        let textured = json!({"POSITION": 1, "TEXCOORD_0": 0});
+        let primitives = json!(
+            (0..4)
+                .map(|material| json!({"attributes": textured, "material": material}))
+                .collect::<Vec<_>>()
+        );
+        let mut asset = asset(&primitives, 4);
+        for (material, mode) in ["MASK", "BLEND", "OPAQUE", "MASK"].into_iter().enumerate() {
+            asset.json["materials"][material]["alphaMode"] = json!(mode);
+        }
+        // Another material shows the last image as it is.
+        asset.json["materials"][2]["emissiveTexture"] = json!({"index": 3});
+        let leaf = |x: u32| x < 4;
+        let texels = image::RgbaImage::from_fn(8, 8, |x, _| {
+            image::Rgba(if leaf(x) { [9, 90, 20, 255] } else { [255, 255, 255, 0] })
+        });
+        let png = encode(&texels.clone().into(), ImageFormat::Png).unwrap();
+        asset.images = vec![png; 4];
+        let repairs = repair_all(&asset, MemoryLimit::default()).unwrap();
+        for (repair, fills) in repairs.iter().zip([true, true, false, false]) {
+            let repaired = repair.result.as_ref().unwrap();
+            assert_eq!(repaired.outcome.hidden > 0, fills, "{}", repair.image);
+            assert_eq!(repaired.is_hidden_in_part(), repair.image == 3);
+            let after = repaired.texels.to_rgba8();
+            for (x, y, texel) in after.enumerate_pixels() {
+                if repaired.validity.is_valid(x as usize, y as usize) {
+                    let color = if fills || leaf(x) { [9, 90, 20] } else { [255; 3] };
+                    assert_eq!(texel.0[..3], color, "{} {x} {y}", repair.image);
+                    assert_eq!(texel.0[3], texels.get_pixel(x, y).0[3]);
+                }
+            }
+        }
     }
 }

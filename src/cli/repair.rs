@@ -20,6 +20,9 @@ use super::outside::OutsideArgs;
     seamwise repair scan.glb -o repaired.glb --png --memory-limit 8GB\n  \
     seamwise repair scan.glb -o repaired.glb --equalize-seams\n  \
     seamwise repair light.exr -o repaired.exr --mesh room.glb --uv-set 1 --mesh-name walls\n\n\
+    seamwise repair leaf.png -o repaired.png --scale 1/4 --keep-coverage\n  \
+    seamwise repair a_color.png a_normal.png a_orm.png -o repaired/\n  \
+    seamwise repair textures -o repaired\n\n\
     An asset knows which of its texels are used. For a picture, --mesh, --mask and --background\n\
     tell; a texel must pass all that are given. Valid texels stay as they are, except in JPEGs,\n\
     which are compressed anew (--quality), unless the output is a .png or, for an asset, --png is\n\
@@ -27,14 +30,27 @@ use super::outside::OutsideArgs;
     lossless, and a palette as RGB. ICC profile, EXIF, density and texts stay within a format; what\n\
     does not is said. In an EXR, NaN and infinities are never valid, and where only the background\n\
     tells neither are fireflies between the charts of an .exr or .hdr: specks of up to 4 texels, and\n\
-    pieces of under 64 with one over 20 times brighter than 99.9 % of the larger pieces.")]
+    pieces of under 64 with one over 20 times brighter than 99.9 % of the larger pieces.\n\n\
+    Where alpha tells what is background, and in an asset where the base color of a MASK or BLEND\n\
+    has alpha 0, colors spread under it and alpha stays to the bit. A picture whose texels are\n\
+    vectors of length 1 is filled as a normal map. Both are said.\n\n\
+    Several inputs are each written under their own names. Pictures whose names differ in their last\n\
+    word alone, if it says which map they are, are one set: what all of them that show a background\n\
+    have for background is invalid in all. A file that fails is named, the rest go on, and the exit\n\
+    code is 1.")]
 pub(crate) struct RepairArgs {
     /// A .glb or .gltf, of which all images are repaired, or a .png, .jpg, .webp, .tif, .hdr or
-    /// .exr.
-    pub(crate) input: PathBuf,
-    /// The file to write: .glb for an asset, .exr for an .exr, else any format for pictures.
-    #[arg(long, short, value_name = "FILE")]
+    /// .exr; or several of these, and folders, which stand for all in them and below but pictures of a
+    /// .gltf in them.
+    #[arg(required = true)]
+    pub(crate) inputs: Vec<PathBuf>,
+    /// The file to write: .glb for an asset, .exr for an .exr, else any format for pictures. For
+    /// several inputs and for a folder, the folder to write into.
+    #[arg(long, short, value_name = "FILE|DIR")]
     pub(crate) output: PathBuf,
+    /// All pictures given are maps of one set, whatever they are called.
+    #[arg(long)]
+    pub(crate) one_set: bool,
     /// The .glb, .gltf, .obj, .ply or .off that uses the picture: texels in its UV triangles are
     /// valid.
     #[arg(long, value_name = "FILE")]
@@ -48,11 +64,12 @@ pub(crate) struct RepairArgs {
     /// A picture of the same size, bright where texels are valid.
     #[arg(long, value_name = "FILE")]
     mask: Option<PathBuf>,
-    /// Texels of this color around the charts are invalid: auto finds it, none looks for none;
-    /// auto if neither mesh nor mask is given.
-    #[arg(long, value_name = "auto|#rrggbb|none")]
+    /// What lies around the charts and is invalid: texels of these colors, or of alpha 0, under which
+    /// colors spread. auto finds both, and none looks for none; auto if neither mesh nor mask is given.
+    #[arg(long, value_name = "auto|alpha|#rrggbb,…|none")]
     background: Option<Background>,
-    /// What the texels mean; color if not given, and numbers as they are in an EXR.
+    /// What the texels mean; if not given, normal where they are vectors of length 1, else color, and
+    /// numbers as they are in an EXR.
     #[arg(long, value_enum)]
     role: Option<RoleName>,
     /// Keep up to N texels of existing padding around the charts where it agrees with them: ring by
@@ -60,17 +77,21 @@ pub(crate) struct RepairArgs {
     /// expect there. All else around them is filled.
     #[arg(long, default_value_t = 0, value_name = "N")]
     keep_padding: u16,
-    /// Draw what was filled: the result in dim gray, filled texels in color with a tint of orange.
+    /// Of one input, draw what was filled: the result in dim gray, filled texels in color with a tint of orange.
     /// Where several images of an asset or layers of an EXR are repaired, each has a picture of its
     /// own, with the number that the table gives it, or its place: FILE_0.png, FILE_3.png.
     #[arg(long, value_name = "FILE.png")]
-    diff: Option<PathBuf>,
+    pub(crate) diff: Option<PathBuf>,
     /// Scale the result down, to 1/2, 1/4 and so on along each axis. A texel becomes the mean of the
     /// valid ones in it, in linear light or of vectors by role, and what has none is filled: nothing
     /// around the charts bleeds into their rims. Images of an asset that are left alone keep their
     /// size, except those that charts cover.
     #[arg(long, default_value = "1", value_name = "1/N", value_parser = parse_scale)]
     scale: u32,
+    /// Scale alpha with the image, so that as large a share of its texels has CUTOFF or more as before:
+    /// leaves do not thin out. 0.5 if not given; in an asset, the cutoff of each MASK.
+    #[arg(long, value_name = "CUTOFF", num_args = 0..=1, require_equals = true, default_missing_value = "0.5", requires = "scale", value_parser = parse_cutoff)]
+    keep_coverage: Option<f32>,
     /// After the fill, move texels next to seams so that both sides of each read the same. Seams are
     /// edges of a mesh: a picture needs --mesh.
     #[arg(long)]
@@ -135,13 +156,14 @@ impl RepairArgs {
                 name: self.mesh_name.clone(),
             }),
             mask: self.mask.clone(),
-            background: self.background.unwrap_or(default),
+            background: self.background.clone().unwrap_or(default),
             role: self.role.map(|role| match role {
                 RoleName::Color => Role::Color,
                 RoleName::Normal => Role::Normal,
                 RoleName::Data => Role::Data,
             }),
             halvings: self.scale,
+            keep_coverage: self.keep_coverage,
             footprint: self.footprint.resolve(),
             diff: self.diff.clone(),
             keep_padding: self.keep_padding.into(),
@@ -164,4 +186,10 @@ fn parse_scale(text: &str) -> std::result::Result<u32, String> {
     let parts = parts.and_then(|parts| parts.parse().ok()).filter(|n: &u32| n.is_power_of_two());
     let what = || format!("{text} is no scale like 1/2, 1/4 or 1/8: one over a power of two");
     parts.map(u32::ilog2).ok_or_else(what)
+}
+
+/// Reads an alpha above 0 and up to 1.
+fn parse_cutoff(text: &str) -> std::result::Result<f32, String> {
+    let cutoff = text.parse().ok().filter(|cutoff: &f32| *cutoff > 0.0 && *cutoff <= 1.0);
+    cutoff.ok_or_else(|| format!("{text} is no alpha above 0 and up to 1"))
 }

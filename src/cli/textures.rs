@@ -37,6 +37,10 @@ pub(super) struct TextureArgs {
     /// level has lost; auto if not given.
     #[arg(long, value_enum)]
     bake_normals: Option<NormalMode>,
+    /// With transfer, scale the alpha of textures that a MASK cuts out, so that as large a share of a
+    /// level's texels passes its cutoff as of the source's: leaves do not thin out.
+    #[arg(long)]
+    keep_coverage: bool,
 }
 
 /// Reads a share above 0 and up to 1.
@@ -126,6 +130,7 @@ impl TextureArgs {
             ("--texture-format", self.texture_format.is_some()),
             ("--quality", self.quality.is_some()),
             ("--bake-normals", self.bake_normals.is_some()),
+            ("--keep-coverage", self.keep_coverage),
         ];
         match given.iter().find(|(_, is_given)| *is_given) {
             None => Ok(textures),
@@ -151,6 +156,7 @@ impl TextureArgs {
             bake_normals: self.bake_normals.map_or(default.bake_normals, BakeNormals::from),
             format: self.texture_format.map_or(default.format, TextureFormat::from),
             quality: self.quality.unwrap_or(default.quality),
+            keep_coverage: self.keep_coverage,
         }
     }
 }

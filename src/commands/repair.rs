@@ -1,21 +1,134 @@
-//! The repair of a file.
+//! The repair of a file, of the maps of a set, or of all that is in a folder.
 
-use anyhow::Result;
+use std::path::Path;
 
+use anyhow::{Result, bail};
+use serde_json::{Value, json};
+
+use seamwise::error::Error;
 use seamwise::export::disk::write_files;
+use seamwise::repair::options::RepairOptions;
 use seamwise::repair::repair_file;
+use seamwise::repair::several::{RepairJob, RepairJobs, find_repairs, repair_group};
+use seamwise::report::repair::RepairReport;
 
 use super::console::{say, warn};
 use crate::cli::{Common, RepairArgs};
 
-/// Repairs one file.
+/// Repairs what was named; tells how many files failed.
 pub(crate) fn repair(args: &RepairArgs, common: Common) -> Result<usize> {
     let options = args.resolve(common);
-    let report = repair_file(&args.input, &args.output, &options)?;
-    warn(common.quiet, &args.input, &report.warnings);
+    match args.inputs.as_slice() {
+        [input] if !is_folder(args, input) => repair_one(args, input, &options, common),
+        _ => repair_several(args, &options, common),
+    }
+}
+
+/// Whether the output is a folder.
+fn is_folder(args: &RepairArgs, input: &Path) -> bool {
+    let ends_as_one = args.output.as_os_str().as_encoded_bytes().ends_with(b"/");
+    input.is_dir() || args.output.is_dir() || ends_as_one
+}
+
+fn repair_one(
+    args: &RepairArgs,
+    input: &Path,
+    options: &RepairOptions,
+    common: Common,
+) -> Result<usize> {
+    let report = repair_file(input, &args.output, options)?;
+    warn(common.quiet, input, &report.warnings);
     say(common.quiet, &report.to_table())?;
     if let Some(path) = &args.json {
         write_files(&[(path.clone(), report.to_json().into_bytes())])?;
     }
     Ok(0)
+}
+
+fn repair_several(args: &RepairArgs, options: &RepairOptions, common: Common) -> Result<usize> {
+    if args.diff.is_some() && args.inputs.len() > 1 {
+        bail!("--diff draws what was filled in one input: give one");
+    }
+    let found = find_repairs(&args.inputs, &args.output, options, args.one_set)?;
+    let RepairJobs { groups, parts } = &found;
+    if args.diff.is_some() && groups.iter().map(Vec::len).sum::<usize>() > 1 {
+        bail!("--diff draws what was filled in one input: give one");
+    }
+    let (mut repaired, mut failures, mut inputs) = (0, Vec::new(), Vec::new());
+    for group in groups {
+        let results = repair_group(group, options);
+        let set: Vec<String> = group.iter().map(|job| job.input.display().to_string()).collect();
+        let mut told = String::new();
+        for (job, result) in group.iter().zip(results) {
+            let mut entry = entry(job, &result);
+            if set.len() > 1 {
+                entry["set"] = json!(set);
+            }
+            inputs.push(entry);
+            match result {
+                Ok(report) => {
+                    warn(common.quiet, &job.input, &report.warnings);
+                    told += &format!("{}\n{}", job.input.display(), report.to_table());
+                    repaired += 1;
+                }
+                Err(error) => failures.push((job, error)),
+            }
+        }
+        if set.len() > 1 {
+            told = format!("one set: {}\n{told}", set.join(", "));
+        }
+        say(common.quiet, &(told + "\n"))?;
+    }
+    if let Some(path) = &args.json {
+        let json =
+            json!({"schema": 1, "repaired": repaired, "failed": failures.len(), "inputs": inputs});
+        write_files(&[(path.clone(), format!("{json:#}\n").into_bytes())])?;
+    }
+    let of_gltf = match parts.len() {
+        0 => String::new(),
+        count => format!(", {count} pictures with the .gltf that names them"),
+    };
+    say(common.quiet, &format!("{repaired} repaired{of_gltf}, {} failed\n", failures.len()))?;
+    eprint!("{}", lines(&failures, repaired + failures.len()));
+    if repaired == 0 {
+        bail!("nothing was repaired");
+    }
+    Ok(failures.len())
+}
+
+/// The outcome of an input, for programs.
+fn entry(job: &RepairJob, result: &Result<RepairReport, Error>) -> Value {
+    let mut entry = json!({
+        "input": job.input.display().to_string(),
+        "output": job.output.display().to_string(),
+    });
+    match result {
+        Ok(report) => {
+            entry["outcome"] = json!("repaired");
+            let report = report.to_value();
+            entry["images"] = report["images"].clone();
+            entry["warnings"] = report["warnings"].clone();
+        }
+        Err(error) => {
+            entry["outcome"] = json!("failed");
+            entry["reason"] = json!(error.to_string());
+        }
+    }
+    entry
+}
+
+/// A line for each input that failed, with the reason.
+fn lines(failures: &[(&RepairJob, Error)], all: usize) -> String {
+    if failures.is_empty() {
+        return String::new();
+    }
+    let line = |(job, error): &(&RepairJob, Error)| {
+        let input = job.input.display().to_string();
+        let reason = error.to_string();
+        // The name is a part of what the system says.
+        let reason = reason.strip_prefix(&format!("{input}: ")).unwrap_or(&reason);
+        format!("seamwise:   {input}  {}\n", reason.replace('\n', " "))
+    };
+    let lines: String = failures.iter().map(line).collect();
+    format!("seamwise: {} of {all} inputs failed:\n{lines}", failures.len())
 }

@@ -197,6 +197,40 @@ fn role(at: &str) -> Role {
     }
 }
 
+/// The use of an image's alpha in a place of a material.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum AlphaUse {
+    /// It hides what lies below the cutoff (`MASK`).
+    CutsAt(f32),
+    /// It says how much of a texel is there (`BLEND`).
+    Blends,
+    /// Nothing, or something that hides no color: the image is no base color, or the material `OPAQUE`.
+    Shows,
+}
+
+impl AlphaUse {
+    /// The use in this place.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] if the cutoff is no number.
+    pub(crate) fn of(asset: &Asset, slot: &TextureSlot) -> Result<Self> {
+        const WITH_ALPHA: [&str; 2] = ["/baseColorTexture", "/diffuseTexture"];
+        let index = slot.at.strip_prefix("/materials/").and_then(|rest| rest.split('/').next());
+        let Some(index) = index.filter(|_| WITH_ALPHA.iter().any(|name| slot.at.ends_with(name)))
+        else {
+            return Ok(Self::Shows);
+        };
+        let material = format!("/materials/{index}");
+        match asset.json.pointer(&format!("{material}/alphaMode")).and_then(Value::as_str) {
+            Some("MASK") => {
+                Ok(Self::CutsAt(parse_or(asset, &format!("{material}/alphaCutoff"), 0.5)?))
+            }
+            Some("BLEND") => Ok(Self::Blends),
+            _ => Ok(Self::Shows),
+        }
+    }
+}
+
 /// The textures of each material.
 pub(crate) fn material_slots(asset: &Asset) -> Result<Vec<Vec<TextureSlot>>> {
     (0..asset.count("materials")).map(|material| slots(asset, material)).collect()

@@ -72,7 +72,10 @@ impl Job<'_> {
             return Ok(report);
         }
         let Vec2(width, height) = layer.size;
-        let tested = sources.validity([width, height], picture(layer).as_ref(), 0.0)?;
+        let found = picture(layer).and_then(|picture| sources.background(&picture, 0.0));
+        let backdrop = found.as_ref().map(|found| found.charts.clone());
+        report.notes.extend(found.into_iter().map(|found| found.note));
+        let tested = sources.validity([width, height], backdrop)?;
         *told |= tested.is_some();
         let all = || Validity::from_flags(width, height, vec![true; width * height]);
         let mut validity = tested.unwrap_or_else(all);
@@ -168,7 +171,7 @@ fn fill_layer(layer: &mut AnyLayer, validity: &Validity) -> (Validity, Outcome) 
     let remaining = remaining.into_iter().filter(|&remains| remains).count();
     let trusted = Validity::from_flags(width, height, trusted);
     let filled = trusted.invalid() - remaining;
-    (trusted, Outcome { filled, remaining })
+    (trusted, Outcome { filled, remaining, hidden: 0 })
 }
 
 fn parts(channels: &[Channel], group: &[usize], validity: &Validity) -> Vec<TexelRole> {

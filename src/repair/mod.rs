@@ -2,29 +2,35 @@
 //!
 //! A glTF asset knows which of its texels surfaces use, and how its samplers read them: see
 //! [`atlas`](crate::atlas). A picture on its own does not. For it, [`RepairOptions`] names what
-//! tells: a mesh, a painted mask, the color of the background. Given several, a texel must pass all
-//! of them. A picture's sampler is not known either: it is taken to repeat, as glTF's default does.
+//! tells: a mesh, a painted mask, the background by its colors or by alpha, found or given. Given
+//! several, a texel must pass all of them. Where alpha tells, or hides what has alpha 0 in all materials
+//! that use an image, colors spread under it, and alpha stays to the bit. [`several`] repairs the maps
+//! of a set by one background. A picture's sampler is not known either: it is taken to repeat, as glTF's default does.
 //!
 //! Guaranteed: valid texels of PNG, WebP, TIFF, HDR and EXR files keep their values, in EXR files
 //! to the bit, and what the file holds beside them comes along; what does not is said. Not
 //! guaranteed: the same texels of JPEGs, which are compressed anew. A damaged file, or one that
 //! claims more memory than [`RepairOptions::reading`] allows, is an error, and nothing is written.
 
+mod background;
 mod channels;
 mod diff;
+mod find;
 mod layers;
 pub mod options;
 mod picture;
+mod set;
+pub mod several;
 mod smaller;
 mod sources;
 
 use std::path::{Path, PathBuf};
 
 use image::{DynamicImage, ImageFormat};
-use seamwise_texture::{Validity, Wrap};
+use seamwise_texture::{Validity, Wrap, seen_texels};
 use serde_json::Value;
 
-use crate::atlas::{ImageRepair, encode_repaired, repair_all_with};
+use crate::atlas::{ImageRepair, Repaired, encode_repaired, repair_all_with};
 use crate::document::asset::Asset;
 use crate::error::{Error, Result};
 use crate::export::disk::{refuse_overwriting, write_files};
@@ -37,6 +43,7 @@ use crate::import::options::folder_of;
 use crate::import::read_bytes_with;
 use crate::report::repair::{ImageReport, RepairReport};
 use options::{Background, RepairOptions};
+use set::Shared;
 
 /// How a picture is read beyond its edges, as nothing tells otherwise.
 const WRAP: [Wrap; 2] = [Wrap::Repeat; 2];
@@ -75,6 +82,16 @@ impl Kind {
 /// with its name; [`Error::Options`] if `output` is one of the files read or of another kind, or
 /// if nothing tells which texels are valid.
 pub fn repair_file(input: &Path, output: &Path, options: &RepairOptions) -> Result<RepairReport> {
+    repair_map(input, output, options, None)
+}
+
+/// As [`repair_file`], of a picture that is one of a set if that has a background.
+fn repair_map(
+    input: &Path,
+    output: &Path,
+    options: &RepairOptions,
+    shared: Option<&Shared>,
+) -> Result<RepairReport> {
     let mesh = options.mesh.as_ref().map(|mesh| mesh.file.as_path());
     let refuse = |outputs: &[PathBuf]| {
         let mut read = [Some(input), mesh, options.mask.as_deref()].into_iter().flatten();
@@ -90,7 +107,7 @@ pub fn repair_file(input: &Path, output: &Path, options: &RepairOptions) -> Resu
     } else {
         options.reading.memory_limit.read_file(input)?
     };
-    let (file, report) = repair_bytes(&bytes, input, output, options)?;
+    let (file, report) = Job { input, output, options, shared }.run(&bytes)?;
     let mut files = vec![(output.to_owned(), file)];
     files.extend(options.diff.iter().flat_map(|diff| report.diffs(diff)));
     let names: Vec<PathBuf> = files.iter().map(|(name, _)| name.clone()).collect();
@@ -113,14 +130,7 @@ pub fn repair_bytes(
     output: &Path,
     options: &RepairOptions,
 ) -> Result<(Vec<u8>, RepairReport)> {
-    let job = Job { input, output, options };
-    let (file, report) = match Kind::of(input, bytes)? {
-        Kind::Asset => job.asset(bytes),
-        Kind::Exr => job.exr(bytes),
-        Kind::Picture(format) => job.picture(bytes, format),
-    }?;
-    report.warnings.refuse_if(options.reading.strict).map_err(|error| error.in_file(input))?;
-    Ok((file, report))
+    Job { input, output, options, shared: None }.run(bytes)
 }
 
 fn is_named(path: &Path, extensions: &[&str]) -> bool {
@@ -134,9 +144,22 @@ struct Job<'a> {
     input: &'a Path,
     output: &'a Path,
     options: &'a RepairOptions,
+    /// The background of the set that a picture is of, if it is of one.
+    shared: Option<&'a Shared>,
 }
 
 impl Job<'_> {
+    fn run(&self, bytes: &[u8]) -> Result<(Vec<u8>, RepairReport)> {
+        let (file, report) = match Kind::of(self.input, bytes)? {
+            Kind::Asset => self.asset(bytes),
+            Kind::Exr => self.exr(bytes),
+            Kind::Picture(format) => self.picture(bytes, format),
+        }?;
+        let strict = self.options.reading.strict;
+        report.warnings.refuse_if(strict).map_err(|error| error.in_file(self.input))?;
+        Ok((file, report))
+    }
+
     /// Checks that the output's name says what it will be.
     fn expect_extension(&self, extension: &str) -> Result<()> {
         if is_named(self.output, &[extension]) {
@@ -167,7 +190,11 @@ impl Job<'_> {
             let report = repairs.iter().map(|repair| {
                 let mut report = asset_image(&asset, repair, self.options);
                 if let Ok(repaired) = &repair.result {
-                    report.diff = self.diff(&repaired.texels, &repaired.validity)?;
+                    let mut kept = repaired.validity.clone();
+                    if repaired.outcome.hidden > 0 {
+                        kept.intersect(&seen_texels(&repaired.texels));
+                    }
+                    report.diff = self.diff(&repaired.texels, &kept)?;
                 }
                 Ok(report)
             });
@@ -198,6 +225,8 @@ fn asset_image(asset: &Asset, repair: &ImageRepair, options: &RepairOptions) -> 
             report.equalized = repaired.equalized;
             report.notes = encoding_notes(&asset.images[repair.image], encoding);
             report.notes.extend(padding_note(repaired.padding));
+            report.notes.extend(repaired.coverage.map(|coverage| coverage.note()));
+            report.notes.extend(hidden_note(repaired));
         }
         Err(reason) => report.left_alone = Some(reason.to_string()),
     }
@@ -214,6 +243,19 @@ fn encoding_notes(before: &EncodedImage, encoding: EncodeOptions) -> Vec<String>
         encoded::ImageFormat::WebP => Some(LOSSLESSLY.to_owned()),
     };
     note.into_iter().collect()
+}
+
+/// The note on colors under alpha 0.
+fn hidden_note(repaired: &Repaired) -> Option<String> {
+    let hidden = repaired.outcome.hidden;
+    if repaired.is_hidden_in_part() {
+        let note =
+            "colors under alpha 0 stay: not all that use it are base colors of MASK or BLEND";
+        return Some(note.to_owned());
+    }
+    (hidden > 0).then(|| {
+        format!("{hidden} texels of alpha 0 have the color of what is around; alpha stays")
+    })
 }
 
 /// What is to be said about padding that was kept.

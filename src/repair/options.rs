@@ -18,10 +18,11 @@ pub struct RepairOptions {
     pub mesh: Option<MeshOptions>,
     /// A picture of the same size that is bright (luma above one half) where texels are valid.
     pub mask: Option<PathBuf>,
-    /// The color around the charts.
+    /// The background, around the charts.
     pub background: Background,
-    /// What the texels mean; [`Role::Color`] if not given. An EXR's channels are filled as they are
-    /// stored, whatever they mean.
+    /// What the texels mean; if not given, [`Role::Normal`] where
+    /// [`is_normal_map`](seamwise_texture::is_normal_map) says so, else [`Role::Color`]. An EXR's
+    /// channels are filled as they are stored, whatever they mean.
     pub role: Option<Role>,
     /// How many rings of texels around the valid ones stay if they agree with them; see
     /// [`seamwise_texture::agreeing_padding`].
@@ -29,6 +30,10 @@ pub struct RepairOptions {
     /// How often the result is halved, each texel the mean of valid ones; see
     /// [`seamwise_texture::scale_down`].
     pub halvings: u32,
+    /// The least alpha of a picture that is shown, 0…1, if the share of texels that have it is to stay
+    /// as the picture is halved; in an asset that of each `MASK` counts. See
+    /// [`seamwise_texture::keep_coverage`].
+    pub keep_coverage: Option<f32>,
     /// What counts as read in the report.
     pub footprint: Footprint,
     /// A .png to draw what was filled in; see [`repair_file`](super::repair_file).
@@ -45,8 +50,10 @@ pub struct RepairOptions {
 impl RepairOptions {
     /// What of it is for the images of an asset.
     pub(super) fn for_atlases(&self) -> AtlasOptions {
-        let Self { reading, keep_padding, halvings, equalize, .. } = *self;
-        AtlasOptions { memory_limit: reading.memory_limit, keep_padding, halvings, equalize }
+        let Self { reading, keep_padding, halvings, equalize, keep_coverage, .. } = *self;
+        let keep_coverage = keep_coverage.is_some();
+        let memory_limit = reading.memory_limit;
+        AtlasOptions { memory_limit, keep_padding, halvings, equalize, keep_coverage }
     }
 }
 
@@ -63,24 +70,28 @@ pub struct MeshOptions {
     pub name: Option<String>,
 }
 
-/// Whether texels of a background color are invalid.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// The background of a picture, which is invalid.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub enum Background {
-    /// If the picture seems to have one, that; see [`seamwise_texture::detect_background`].
+    /// As the picture shows it: alpha 0 ([`seamwise_texture::alpha_tells`]), colors along its
+    /// border ([`seamwise_texture::Background::detect`]), or both.
     #[default]
     Auto,
-    /// Texels of this color: RGBA as stored, 0…1.
-    Color([f32; 4]),
-    /// The color says nothing.
+    /// Alpha 0: colors spread under it, and alpha stays.
+    Alpha,
+    /// Texels of these colors: RGBA as stored, 0…1. One of alpha 0 stands for any of alpha 0.
+    Colors(Vec<[f32; 4]>),
+    /// Neither color nor alpha says anything.
     None,
 }
 
 impl FromStr for Background {
     type Err = Error;
 
-    /// Reads `auto`, `none`, `#rrggbb` (opaque) or `#rrggbbaa`.
+    /// Reads `auto`, `alpha`, `none`, or colors with commas between: `#rrggbb` (opaque) or
+    /// `#rrggbbaa`.
     fn from_str(text: &str) -> Result<Self> {
-        let color = || {
+        let color = |text: &str| {
             let digits = text
                 .strip_prefix('#')
                 .filter(|digits| digits.bytes().all(|b| b.is_ascii_hexdigit()))?;
@@ -94,10 +105,17 @@ impl FromStr for Background {
         };
         match text {
             "auto" => Ok(Self::Auto),
+            "alpha" => Ok(Self::Alpha),
             "none" => Ok(Self::None),
-            _ => color().map(Self::Color).ok_or_else(|| Error::Options {
-                what: format!("{text} is neither auto, none nor a color like #ff00ff"),
-            }),
+            _ => {
+                let colors = text.split(',').map(|text| color(text.trim()));
+                colors.collect::<Option<_>>().map(Self::Colors).ok_or_else(|| Error::Options {
+                    what: format!(
+                        "{text} is neither auto, alpha, none nor a color like #ff00ff or several \
+                         with commas between"
+                    ),
+                })
+            }
         }
     }
 }
@@ -111,9 +129,24 @@ mod tests {
         let read = |text: &str| text.parse::<Background>();
         assert_eq!(read("auto").unwrap(), Background::Auto);
         assert_eq!(read("none").unwrap(), Background::None);
-        assert_eq!(read("#FF0033").unwrap(), Background::Color([1.0, 0.0, 0.2, 1.0]));
-        assert_eq!(read("#ff003300").unwrap(), Background::Color([1.0, 0.0, 0.2, 0.0]));
-        for text in ["", "#", "ff00ff", "#ff00f", "#ff00ff0", "#gg00ff", "#äöü", "#+1+1+1"] {
+        assert_eq!(read("alpha").unwrap(), Background::Alpha);
+        let colors = |colors: &[[f32; 4]]| Background::Colors(colors.to_vec());
+        assert_eq!(read("#FF0033").unwrap(), colors(&[[1.0, 0.0, 0.2, 1.0]]));
+        assert_eq!(read("#ff003300").unwrap(), colors(&[[1.0, 0.0, 0.2, 0.0]]));
+        let both = colors(&[[0.0, 1.0, 0.0, 1.0], [1.0, 0.0, 1.0, 1.0]]);
+        assert_eq!(read("#00ff00, #ff00ff").unwrap(), both);
+        for text in [
+            "",
+            "#",
+            "ff00ff",
+            "#ff00f",
+            "#ff00ff0",
+            "#gg00ff",
+            "#äöü",
+            "#+1+1+1",
+            "#ff00ff,",
+            "auto,none",
+        ] {
             assert!(read(text).is_err(), "{text}");
         }
     }

@@ -1,19 +1,32 @@
 //! The repair of a picture: PNG, JPEG, WebP, TIFF, Radiance HDR.
 
-use image::ImageFormat;
+use image::{DynamicImage, ImageFormat};
 use seamwise_texture::equalize::{Options, Seam, equalize};
-use seamwise_texture::{keep_padding, repair, scale_down};
+use seamwise_texture::{
+    Role, Validity, is_normal_map, keep_padding, repair, repair_hidden, seen_texels,
+};
 
+use super::background::{Found, tolerance};
+use super::options::{Background, RepairOptions};
 use super::sources::Sources;
 use super::{Job, WRAP, padding_note};
+use crate::atlas::alpha::Scale;
 use crate::error::{Error, Result};
 use crate::image_file::picture::Picture;
 use crate::report::repair::{ImageReport, RepairReport};
 
-/// How far a texel may be from the background color: half a step of 8 bits where files keep their
-/// texels, three steps and a half where a lossy codec may have changed them.
-const TOLERANCE: f32 = 0.5 / 255.0;
-const LOSSY_TOLERANCE: f32 = 3.5 / 255.0;
+/// The part of a picture that its background leaves.
+#[derive(Default)]
+struct Backdrop {
+    /// The texels it leaves; `None` if there is no background.
+    validity: Option<Validity>,
+    /// Whether colors spread under alpha 0.
+    spreads: bool,
+    /// A note for people…
+    note: Option<String>,
+    /// …and the odd thing about it, if there is one.
+    doubt: Option<String>,
+}
 
 impl Job<'_> {
     pub(super) fn picture(
@@ -31,28 +44,29 @@ impl Job<'_> {
         let mut picture = Picture::decode(bytes, format, self.options.reading.memory_limit)
             .map_err(|error| error.in_file(self.input))?;
         let size = [picture.texels.width() as usize, picture.texels.height() as usize];
-        let lossy = matches!(format, ImageFormat::Jpeg | ImageFormat::WebP);
-        let tolerance = if lossy { LOSSY_TOLERANCE } else { TOLERANCE };
         self.expect_seams()?;
-        let sources = Sources::read(self.options)?;
-        let mut validity = sources
-            .validity(size, Some(&picture.texels), tolerance)?
-            .ok_or_else(|| self.nothing_tells())?;
+        let mut sources = Sources::read(self.options)?;
+        let found = sources.background(&picture.texels, tolerance(format));
+        let Backdrop { validity, spreads, note, doubt } = self.backdrop(&picture.texels, found)?;
+        doubt.into_iter().for_each(|doubt| sources.warnings.add("its background", doubt));
+        let mut validity = sources.validity(size, validity)?.ok_or_else(|| self.nothing_tells())?;
         if validity.valid() == 0 {
             return Err(self.nothing_valid());
         }
-        let role = self.options.role.unwrap_or_default();
+        let (role, guess) = self.role(&picture.texels, &validity);
         let fault = |error: seamwise_texture::Error| invalid(error.to_string());
         let rings = self.options.keep_padding;
         let padding =
             keep_padding(&picture.texels, role, &mut validity, WRAP, rings).map_err(fault)?;
+        let mut coverage = None;
         if self.options.halvings > 0 {
-            (picture.texels, validity) =
-                scale_down(&picture.texels, role, &validity, self.options.halvings)
-                    .map_err(fault)?;
+            let RepairOptions { halvings, keep_coverage: cutoff, .. } = *self.options;
+            let scale = Scale { role, halvings, cutoff };
+            coverage = scale.down(&mut picture.texels, &mut validity).map_err(fault)?;
         }
         let reads = sources.reads(&validity, self.options.footprint);
-        let outcome = repair(&mut picture.texels, role, &validity, WRAP).map_err(fault)?;
+        let fill = if spreads { repair_hidden } else { repair };
+        let outcome = fill(&mut picture.texels, role, &validity, WRAP).map_err(fault)?;
         let equalize = |(seams, options): (&[Seam], Options)| {
             equalize(&mut picture.texels, role, &validity, WRAP, seams, options).map_err(fault)
         };
@@ -66,9 +80,49 @@ impl Job<'_> {
         report.equalized = equalized;
         report.notes = [picture.notes, notes].concat();
         report.notes.extend(padding_note(padding));
-        report.diff = self.diff(&picture.texels, &validity)?;
+        report.notes.extend(note.into_iter().chain(guess));
+        report.notes.extend(coverage.map(|coverage| coverage.note()));
+        let mut kept = validity.clone();
+        if spreads {
+            kept.intersect(&seen_texels(&picture.texels));
+        }
+        report.diff = self.diff(&picture.texels, &kept)?;
         report.add_outcome(&validity, outcome, reads);
         Ok((file, RepairReport { images: vec![report], warnings: sources.warnings }))
+    }
+
+    /// The part of a picture that the background leaves: its own, or that of its set.
+    fn backdrop(&self, texels: &DynamicImage, found: Option<Found>) -> Result<Backdrop> {
+        let size = [texels.width() as usize, texels.height() as usize];
+        let spreads = found.as_ref().is_some_and(|found| found.spreads);
+        let Some(shared) = self.shared else {
+            let Some(found) = found else { return Ok(Backdrop::default()) };
+            let rims = found.is_blended.then(|| found.charts.without_rims());
+            let validity = Some(rims.unwrap_or(found.charts));
+            return Ok(Backdrop { validity, spreads, note: Some(found.note), doubt: found.doubt });
+        };
+        let valid = shared.validity(size, found.as_ref());
+        let mut valid = valid.map_err(|error| error.in_file(self.input))?;
+        if spreads {
+            // Its own alpha stays where the set has background.
+            let hidden = seen_texels(texels).flags().iter().map(|seen| !seen).collect();
+            valid.union(&Validity::from_flags(size[0], size[1], hidden));
+        }
+        let (validity, note) = (Some(valid), Some(shared.note.clone()));
+        Ok(Backdrop { validity, spreads, note, doubt: None })
+    }
+
+    /// The meaning of texels, and a note if it is a guess.
+    fn role(&self, texels: &DynamicImage, validity: &Validity) -> (Role, Option<String>) {
+        match self.options.role {
+            Some(role) => (role, None),
+            None if is_normal_map(texels, validity) => {
+                let note = "its texels are vectors of length 1: it is filled as a normal map; \
+                            --role color if it is none";
+                (Role::Normal, Some(note.to_owned()))
+            }
+            None => (Role::Color, None),
+        }
     }
 
     /// Checks that a mesh tells the seams if they are to be equalized.
@@ -82,8 +136,17 @@ impl Job<'_> {
 
     /// The error that nothing tells which texels are valid.
     pub(super) fn nothing_tells(&self) -> Error {
-        let what = "nothing tells which texels are valid: give a mesh that uses the picture \
-                    (--mesh), a mask (--mask) or the color around its charts (--background)";
+        let what = match self.options.background {
+            Background::Alpha => "no texel of it has alpha 0, or all have: give ",
+            Background::Auto => {
+                "no background is found that lies around its charts, neither alpha 0 nor up to 16 \
+                 flat colors along its border: give "
+            }
+            _ => "nothing tells which texels are valid: give ",
+        };
+        let advice = "a mesh that uses the picture (--mesh), a mask (--mask) or the colors around \
+                      its charts (--background)";
+        let what = format!("{what}{advice}");
         Error::Options { what: format!("{}: {what}", self.input.display()) }
     }
 
@@ -105,9 +168,8 @@ impl Job<'_> {
 mod tests {
     use super::*;
     use crate::limit::MemoryLimit;
-    use crate::repair::options::{Background, RepairOptions};
     use crate::repair::repair_file;
-    use image::{ColorType, DynamicImage, GrayImage, Luma};
+    use image::{ColorType, GrayImage, Luma};
     use std::path::{Path, PathBuf};
 
     const SIZE: u32 = 24;
@@ -196,8 +258,8 @@ mod tests {
             run(&before, ["a.png", "b.png"], &options, folder.path())
         };
         for background in [Background::Auto, "#ff00ff".parse().unwrap()] {
-            // The chart without its rim.
-            assert_eq!(with(background).unwrap().1.images[0].covered, 12 * 7);
+            // The chart with its rim, which goes on as it does.
+            assert_eq!(with(background).unwrap().1.images[0].covered, 14 * 9);
         }
         assert!(with(Background::None).unwrap_err().to_string().contains("--mesh"));
         let flat = DynamicImage::new_rgb8(9, 9);

@@ -5,10 +5,11 @@ use std::path::PathBuf;
 use glam::Affine2;
 use image::DynamicImage;
 use seamwise_texture::equalize::{self, Seam};
-use seamwise_texture::{Footprint, Plane, Role, Validity, detect_background};
+use seamwise_texture::{Footprint, Plane, Role, Validity};
 use serde_json::Value;
 
 use super::WRAP;
+use super::background::Found;
 use super::options::{Background, MeshOptions, RepairOptions};
 use crate::atlas::charts::{Charts, Reads};
 use crate::atlas::seams::Surface;
@@ -26,6 +27,8 @@ pub(super) struct Sources {
     mesh: Option<MeshSource>,
     mask: Option<(PathBuf, Validity)>,
     background: Background,
+    /// The role that was given.
+    role: Role,
     /// Of all files.
     pub(super) warnings: Warnings,
 }
@@ -54,21 +57,29 @@ impl Sources {
             Ok::<_, Error>((path.clone(), Validity::from_mask(&plane)))
         });
         let mask = mask.transpose()?;
-        let background = options.background;
+        let background = options.background.clone();
+        let role = options.role.unwrap_or_default();
         let mut mesh = mesh.transpose()?;
         let warnings = mesh.as_mut().map(|mesh| std::mem::take(&mut mesh.warnings));
         let warnings = warnings.unwrap_or_default();
-        Ok(Self { mesh, mask, background, warnings })
+        Ok(Self { mesh, mask, background, role, warnings })
     }
 
-    /// The texels of a picture of `width` × `height` that pass all tests; `None` if there is no
-    /// test. `texels` is what the background is looked for in, and `tolerance` how far its channels
-    /// may be from that color.
+    /// The background of a picture, found or given; `tolerance` is how far its channels may be from
+    /// a color.
+    pub(super) fn background(&self, texels: &DynamicImage, tolerance: f32) -> Option<Found> {
+        Found::of(texels, &self.background, tolerance, self.role)
+    }
+
+    /// The texels of a picture of `width` × `height` that pass all tests; `None` if there is no test.
+    /// `backdrop` are those that its background leaves.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] if the mask has another size.
     pub(super) fn validity(
         &self,
         [width, height]: [usize; 2],
-        texels: Option<&DynamicImage>,
-        tolerance: f32,
+        backdrop: Option<Validity>,
     ) -> Result<Option<Validity>> {
         let mut tests = Vec::new();
         if let Some((path, mask)) = &self.mask {
@@ -82,14 +93,7 @@ impl Sources {
         if let Some(MeshSource { charts: Charts { uvs, triangles }, .. }) = &self.mesh {
             tests.push(Validity::from_charts(width, height, WRAP, uvs, triangles));
         }
-        let color = match self.background {
-            Background::Auto => texels.and_then(detect_background),
-            Background::Color(color) => Some(color),
-            Background::None => None,
-        };
-        if let (Some(texels), Some(color)) = (texels, color) {
-            tests.push(Validity::from_background(texels, color, tolerance));
-        }
+        tests.extend(backdrop);
         Ok(tests.into_iter().reduce(|mut all, test| {
             all.intersect(&test);
             all
@@ -183,26 +187,27 @@ mod tests {
 
     #[test]
     fn a_texel_must_pass_every_test() {
-        let luma = |x, y| image::Luma([if x < 4 { 0 } else { (16 * y + x) as u8 }]);
+        let is_black = |x: u32, y: u32| x < 4 || y == 0 || y == 7 || x == 15;
+        let luma = |x, y| image::Luma([if is_black(x, y) { 0 } else { (16 * y + x) as u8 }]);
         let black = DynamicImage::ImageLuma8(image::GrayImage::from_fn(16, 8, luma));
         let mask = Validity::from_flags(16, 8, (0..128).map(|texel| texel % 16 < 10).collect());
         let mut sources = Sources {
             mesh: None,
             mask: None,
             background: Background::Auto,
+            role: Role::Color,
             warnings: Warnings::default(),
         };
         let valid = |sources: &Sources| {
-            let validity = sources.validity([16, 8], Some(&black), 0.0).unwrap();
-            validity.map(|validity| validity.valid())
+            let found = sources.background(&black, 0.0).map(|found| found.charts);
+            sources.validity([16, 8], found).unwrap().map(|validity| validity.valid())
         };
-        // Without the four columns of background and the one beside them.
-        assert_eq!(valid(&sources), Some(11 * 8));
+        assert_eq!(valid(&sources), Some(11 * 6));
         sources.mask = Some((PathBuf::from("mask.png"), mask));
-        assert_eq!(valid(&sources), Some(5 * 8));
+        assert_eq!(valid(&sources), Some(6 * 6));
         sources.background = Background::None;
         assert_eq!(valid(&sources), Some(10 * 8));
-        let error = sources.validity([8, 8], None, 0.0).unwrap_err().to_string();
+        let error = sources.validity([8, 8], None).unwrap_err().to_string();
         assert!(error.starts_with("mask.png"), "{error}");
         sources.mask = None;
         assert_eq!(valid(&sources), None);

@@ -30,8 +30,10 @@ pub struct ImageReport {
     pub size: Option<[usize; 2]>,
     /// Texels that may be trusted.
     pub covered: usize,
-    /// Texels that were filled.
+    /// Texels that were filled, those of `hidden` among them.
     pub filled: usize,
+    /// Texels of alpha 0 whose color was filled, while their alpha stayed.
+    pub hidden: usize,
     /// Texels that may not be trusted and could not be filled.
     pub remaining: usize,
     /// The counts of texels that filtering inside the charts read before the repair; empty where no
@@ -51,8 +53,9 @@ impl ImageReport {
     /// Enters the figures of a repair.
     pub(crate) fn add_outcome(&mut self, validity: &Validity, outcome: Outcome, reads: Reads) {
         self.size = Some([validity.width(), validity.height()]);
-        self.covered = validity.valid();
-        self.filled = outcome.filled;
+        self.covered = validity.valid() - outcome.hidden;
+        self.filled = outcome.filled + outcome.hidden;
+        self.hidden = outcome.hidden;
         self.remaining = outcome.remaining;
         self.reads = reads;
     }
@@ -141,8 +144,13 @@ impl RepairReport {
 
     /// The report for programs.
     pub fn to_json(&self) -> String {
+        format!("{:#}\n", self.to_value())
+    }
+
+    /// The same, to be put into another.
+    pub fn to_value(&self) -> Value {
         let images: Vec<Value> = self.images.iter().map(to_json).collect();
-        format!("{:#}\n", json!({"schema": 1, "images": images, "warnings": self.warnings}))
+        json!({"schema": 1, "images": images, "warnings": self.warnings})
     }
 
     /// The lines about reads: one for all images that lie in the same charts.
@@ -187,6 +195,7 @@ fn to_json(image: &ImageReport) -> Value {
         "size": image.size,
         "covered": image.covered,
         "filled": image.filled,
+        "hidden": image.hidden,
         "remaining": image.remaining,
         "reads": image.reads.mips.iter().map(reads).collect::<Vec<_>>(),
         "seams": image.equalized.as_ref().map(seams),

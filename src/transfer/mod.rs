@@ -236,7 +236,7 @@ impl TextureMaker<'_> {
                 if is_done {
                     return Ok(before);
                 }
-                let originals = sheet.originals(self.origin)?;
+                let originals = sheet.originals(self.origin, self.options)?;
                 let one = |level: usize| {
                     let (surfaces, size) = (&self.levels[level], sizes[level]);
                     self.progress.check("transfer")?;
@@ -261,7 +261,9 @@ impl TextureMaker<'_> {
         for (sheet, made) in self.sheets.iter().zip(made) {
             let surfaces = self.origin.surfaces;
             let mut details: Vec<f64> = Vec::new();
-            for (original, charts) in sheet.originals(self.origin)?.iter().zip(sheet.shown()) {
+            for (original, charts) in
+                sheet.originals(self.origin, self.options)?.iter().zip(sheet.shown())
+            {
                 let area = self.texel_density.share(surfaces, &charts);
                 let own = original.picture.details();
                 details.resize(own.len(), 0.0);

@@ -41,6 +41,9 @@ pub struct TransferOptions {
     pub format: TextureFormat,
     /// Quality of JPEGs, 1…100.
     pub quality: u8,
+    /// Whether the alpha of images that a `MASK` cuts out is scaled, so that as large a share of a
+    /// level's texels passes the cutoff as of the source's; not in merged materials.
+    pub keep_coverage: bool,
 }
 
 impl Default for TransferOptions {
@@ -52,6 +55,7 @@ impl Default for TransferOptions {
             bake_normals: BakeNormals::default(),
             format: TextureFormat::default(),
             quality: EncodeOptions::default().quality,
+            keep_coverage: false,
         }
     }
 }

@@ -1,10 +1,13 @@
 //! The input of a transfer of textures.
 
-use image::ColorType;
+use image::{ColorType, DynamicImage};
 use seamwise_texture::transfer::Picture;
+use seamwise_texture::{Validity, alpha_coverage};
 
 use crate::atlas::ImageRepair;
+use crate::atlas::alpha::Alpha;
 use crate::document::asset::Asset;
+use crate::error::{Error, Result};
 use crate::image_file::encoded::{EncodedImage, ImageFormat};
 use crate::limit::MemoryLimit;
 use crate::screen::Screen;
@@ -28,6 +31,36 @@ pub(crate) struct Original {
     pub(crate) color: ColorType,
     pub(crate) format: ImageFormat,
     pub(crate) picture: Picture,
+    /// The part of a cutout that is there, if that is to stay.
+    pub(crate) coverage: Option<Coverage>,
+}
+
+/// The part of a cutout that is there.
+#[derive(Clone, Copy)]
+pub(crate) struct Coverage {
+    /// The least alpha that passes.
+    pub(crate) cutoff: f32,
+    /// The share of texels in charts that have it.
+    pub(crate) share: f64,
+}
+
+impl Coverage {
+    /// The coverage of an image of the source; `None` if no material cuts it out, or it has no alpha.
+    pub(crate) fn of(repair: &ImageRepair, texels: &DynamicImage) -> Result<Option<Self>> {
+        let Alpha { shows, cutoff, .. } = repair.alpha;
+        let Some(cutoff) = cutoff.filter(|cutoff| !shows && *cutoff > 0.0 && *cutoff <= 1.0) else {
+            return Ok(None);
+        };
+        let [width, height] = [texels.width() as usize, texels.height() as usize];
+        let share = match &repair.result {
+            Ok(repaired) => alpha_coverage(texels, &repaired.validity, cutoff),
+            Err(_) => {
+                let all = Validity::from_flags(width, height, vec![true; width * height]);
+                alpha_coverage(texels, &all, cutoff)
+            }
+        };
+        Ok(share.map_err(Error::internal)?.map(|share| Self { cutoff, share }))
+    }
 }
 
 impl Original {

@@ -7,13 +7,13 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use seamwise_attr::Mesh;
 use seamwise_texture::transfer::{Job, Output, Pair, Picture, Reading, Transferred, transfer};
-use seamwise_texture::{Role, Validity, repair};
+use seamwise_texture::{Role, Validity, keep_coverage, repair};
 
 use super::encode::store;
 use super::layout::{ChartGroup, ImageUse, MergeGroup, NewNormals, SourceReading, UvLayout, faces};
 use super::merged_images;
 use super::options::{BakeNormals, TransferOptions};
-use super::original::{Origin, Original};
+use super::original::{Coverage, Origin, Original};
 use super::plan::Plan;
 use super::sizes::TexelDensity;
 use crate::error::{Error, Result};
@@ -137,7 +137,11 @@ impl Sheet<'_> {
     }
 
     /// The source's images.
-    pub(super) fn originals(&self, origin: &Origin<'_>) -> Result<Vec<Original>> {
+    pub(super) fn originals(
+        &self,
+        origin: &Origin<'_>,
+        options: &TransferOptions,
+    ) -> Result<Vec<Original>> {
         let read = |(index, role): (usize, Role)| {
             let at = format!("/images/{index}");
             let image = &origin.asset.images[index];
@@ -151,7 +155,11 @@ impl Sheet<'_> {
             };
             let picture = Picture::new(texels, role);
             let picture = picture.map_err(|error| Error::invalid(&at, error.to_string()))?;
-            Ok(Original { color: texels.color(), format: image.format, picture })
+            let coverage = match options.keep_coverage {
+                true => Coverage::of(&origin.repairs[index], texels)?,
+                false => None,
+            };
+            Ok(Original { color: texels.color(), format: image.format, picture, coverage })
         };
         self.pictures().into_par_iter().map(read).collect()
     }
@@ -202,11 +210,17 @@ impl Sheet<'_> {
         let job = Job { pairs, faces, size, wrap, is_in_place, outputs };
         let Transferred { images, normal_degrees_rms } =
             transfer(&job, rows).map_err(Error::internal)?;
-        let fill = |((mut image, validity), output): ((DynamicImage, Validity), &Output<'_>)| {
-            repair(&mut image, output.role, &validity, wrap).map_err(Error::internal)?;
+        let coverage = |output: usize| {
+            originals.get(output).filter(|_| merge_group.is_none()).and_then(|own| own.coverage)
+        };
+        let fill = |(at, (mut image, validity)): (usize, (DynamicImage, Validity))| {
+            if let Some(Coverage { cutoff, share }) = coverage(at) {
+                keep_coverage(&mut image, &validity, cutoff, share).map_err(Error::internal)?;
+            }
+            repair(&mut image, outputs[at].role, &validity, wrap).map_err(Error::internal)?;
             Ok(image)
         };
-        let filled = images.into_par_iter().zip(outputs).map(fill).collect::<Result<Vec<_>>>()?;
+        let filled = images.into_par_iter().enumerate().map(fill).collect::<Result<Vec<_>>>()?;
         let is_lost =
             options.bake_normals == BakeNormals::On || normal_degrees_rms >= LOST_SHAPE_DEGREES;
         let format = (options.format, options.quality);

@@ -27,7 +27,7 @@ fn within_bytes(limit: u64) -> ReadOptions {
 
 fn options() -> RepairOptions {
     RepairOptions {
-        background: Background::Color([0.987; 4]),
+        background: Background::Colors(vec![[0.987; 4]]),
         reading: within_bytes(64 << 20),
         ..RepairOptions::default()
     }

@@ -21,6 +21,7 @@ mod output;
 mod outside;
 mod pictures;
 mod repair;
+mod repair_alone;
 mod report;
 mod required;
 mod rigs;

@@ -20,7 +20,7 @@ use tiff::tags::Tag;
 
 /// Options by which all texels are valid, as none has this color.
 fn all_valid() -> RepairOptions {
-    RepairOptions { background: Background::Color([0.987; 4]), ..RepairOptions::default() }
+    RepairOptions { background: Background::Colors(vec![[0.987; 4]]), ..RepairOptions::default() }
 }
 
 /// Repairs what has nothing to repair; the file, and what is said.

@@ -11,7 +11,8 @@
 //! # Which texels are valid
 //!
 //! [`UvTriangle`] rasterises the mesh's UVs with exact edge functions, [`Validity`] collects the
-//! texels whose centres are covered; without a mesh, [`detect_background`] finds the unused color.
+//! texels whose centres are covered; without a mesh, [`Background`] finds the unused colors, and
+//! [`alpha_tells`] whether alpha says what is there.
 //! [`agreeing_padding`] finds what an earlier tool painted around the charts and may stay.
 //! [`count_reads`] counts, mip level by mip level, the texels that filtering inside the charts
 //! reads and that invalid ones went into: what there was to repair, and 0 once it is.
@@ -29,7 +30,8 @@
 //!
 //! [`repair`](fn@repair) does this in the space where averages mean something: linear light for
 //! colors, vectors for normals. So does [`scale_down`], which makes an image smaller from valid
-//! texels alone.
+//! texels alone. Where alpha cuts leaves out, [`repair_hidden`] fills colors under alpha 0 too, and
+//! [`keep_coverage`] keeps leaves from thinning out as they are scaled.
 //!
 //! # Seams
 //!
@@ -54,6 +56,8 @@
 //! - H. Hedin, "Evaluation of an appearance-preserving mesh simplification scheme", Linköping 2018:
 //!   pull-push for the texels that a simplified mesh reaches outside its charts.
 
+mod alpha;
+mod atlas_repair;
 mod background;
 pub mod color;
 mod coverage;
@@ -61,6 +65,7 @@ pub mod equalize;
 mod error;
 mod kernel;
 mod mips;
+mod normal_map;
 mod padding;
 mod plane;
 mod pyramid;
@@ -77,16 +82,19 @@ pub mod transfer;
 mod validity;
 mod wrap;
 
-pub use background::detect_background;
+pub use alpha::{alpha_coverage, alpha_tells, keep_coverage, seen_texels};
+pub use atlas_repair::{KeptCoverage, Repair, Repaired};
+pub use background::Background;
 pub use error::{Error, Result};
 pub use mips::{ColorEncoding, MipLevel, Mips};
+pub use normal_map::is_normal_map;
 pub use padding::{agreeing_padding, keep_padding};
 pub use plane::Plane;
 pub use pyramid::{TexelRole, fill_holes};
 pub use raster::{Texel, UvTriangle, Window, to_texels};
 pub use reads::{Footprint, MipReads, count_reads};
 pub use repack::{RepackOptions, Repacked, UvMesh, padding_for_mips, repack};
-pub use repair::{Outcome, repair};
+pub use repair::{Outcome, repair, repair_hidden};
 pub use role::Role;
 pub use scale::scale_down;
 pub use sharing::charts_share_from;

@@ -2,10 +2,12 @@
 //!
 //! Averages are taken where averaging is meant: colors in linear light, normals as vectors that
 //! are scaled back to length 1, everything else as stored. Alpha is filled on its own, and a texel
-//! that nobody sees, of alpha 0 in a color image, does not lend its color to others.
+//! that nobody sees, of alpha 0 in a color image, does not lend its color to others. Filters read its
+//! color all the same: white under alpha 0 is a halo around a leaf. [`repair_hidden`] fills it too.
 //!
-//! Guaranteed: samples of valid texels are not written, so they keep their bits in 8-bit, 16-bit
-//! and float images; only a NaN or an infinity is invalid whatever the mask says. A filled value is
+//! Guaranteed: samples of valid texels are not written, but for colors that [`repair_hidden`] is to
+//! fill, so they keep their bits in 8-bit, 16-bit and float images; alpha of a valid texel never is.
+//! Only a NaN or an infinity is invalid whatever the mask says. A filled value is
 //! rounded to the nearest sample. Not guaranteed: texture detail. The fill is smooth on purpose:
 //! mip maps and filters read it, nobody looks at it.
 
@@ -27,6 +29,8 @@ pub struct Outcome {
     /// Number of texels that are still invalid, because no valid texel had a value to lend: none or
     /// all.
     pub remaining: usize,
+    /// Valid texels of alpha 0 whose color was filled, and whose alpha was not touched.
+    pub hidden: usize,
 }
 
 /// Fills the invalid texels of `image`; `wrap` is how its sampler reads beyond the edges, along u
@@ -44,7 +48,23 @@ pub fn repair(
     wrap: [Wrap; 2],
 ) -> Result<Outcome> {
     validity.expect_size_of(image)?;
-    let job = Job { role, validity, wrap };
+    let job = Job { role, validity, wrap, fills_hidden: false };
+    with_buffer!(image, buffer => job.run(buffer))
+}
+
+/// As [`repair`], and fills the colors of valid texels of alpha 0 from those that are seen, whatever
+/// the role. For images whose alpha says how much of a texel is there, and nothing else.
+///
+/// # Errors
+/// As [`repair`].
+pub fn repair_hidden(
+    image: &mut DynamicImage,
+    role: Role,
+    validity: &Validity,
+    wrap: [Wrap; 2],
+) -> Result<Outcome> {
+    validity.expect_size_of(image)?;
+    let job = Job { role, validity, wrap, fills_hidden: true };
     with_buffer!(image, buffer => job.run(buffer))
 }
 
@@ -59,6 +79,8 @@ struct Job<'a> {
     role: Role,
     validity: &'a Validity,
     wrap: [Wrap; 2],
+    /// Whether colors under alpha 0 are filled.
+    fills_hidden: bool,
 }
 
 impl Job<'_> {
@@ -68,7 +90,9 @@ impl Job<'_> {
         P::Subpixel: Sample,
     {
         let (color, alpha) = Group::of(self.role, P::CHANNEL_COUNT as usize);
-        let unseen = alpha.filter(|_| self.role == Role::Color).map(|alpha| alpha.first);
+        let hides = self.fills_hidden || self.role == Role::Color;
+        let unseen = alpha.filter(|_| hides).map(|alpha| alpha.first);
+        let mut hidden = 0;
         // One bit for texels that are invalid, one for those that remain so.
         let mut state = vec![0u8; self.validity.flags().len()];
         for group in [Some(color), alpha].into_iter().flatten() {
@@ -77,12 +101,24 @@ impl Job<'_> {
             let filled = self.fill(image, group, &parts);
             for (texel, _) in parts.iter().enumerate().filter(|(_, part)| **part == TexelRole::Hole)
             {
-                state[texel] |= if filled { 1 } else { 2 };
+                let own = &image.as_raw()[texel * group.stride..][..group.stride];
+                if self.is_hidden(texel, own, unseen) {
+                    hidden += usize::from(filled);
+                } else {
+                    state[texel] |= if filled { 1 } else { 2 };
+                }
             }
         }
         let filled = state.iter().filter(|&&state| state == 1).count();
         let remaining = state.iter().filter(|&&state| state > 1).count();
-        Outcome { filled, remaining }
+        Outcome { filled, remaining, hidden }
+    }
+
+    /// Whether a texel is valid, and its color is filled because its alpha, in channel `unseen`, is 0.
+    fn is_hidden<S: Sample>(self, texel: usize, samples: &[S], unseen: Option<usize>) -> bool {
+        self.fills_hidden
+            && self.validity.flags()[texel]
+            && unseen.is_some_and(|alpha| samples[alpha].is_zero())
     }
 
     /// The role of each texel in the fill. A valid texel whose alpha, in channel `unseen`, is 0
@@ -99,7 +135,7 @@ impl Job<'_> {
             if !valid || !color.all(|sample| sample.is_number()) {
                 TexelRole::Hole
             } else if unseen.is_some_and(|alpha| texel[alpha].is_zero()) {
-                TexelRole::Bystander
+                if self.fills_hidden { TexelRole::Hole } else { TexelRole::Bystander }
             } else {
                 TexelRole::Source
             }
@@ -227,7 +263,7 @@ mod tests {
         let middle = |role| {
             let mut image = gray(&[0, 77, 255]);
             let outcome = repair(&mut image, role, &validity, [Wrap::Mirror; 2]).unwrap();
-            assert_eq!(outcome, Outcome { filled: 1, remaining: 0 });
+            assert_eq!(outcome, Outcome { filled: 1, ..Outcome::default() });
             image.as_bytes()[1]
         };
         let stored = middle(Role::Data);
@@ -241,7 +277,7 @@ mod tests {
         let mut image = gray(&[1, 2, 3]);
         let none = Validity::from_flags(3, 1, vec![false; 3]);
         let outcome = repair(&mut image, Role::Color, &none, [Wrap::Repeat; 2]).unwrap();
-        assert_eq!(outcome, Outcome { filled: 0, remaining: 3 });
+        assert_eq!(outcome, Outcome { remaining: 3, ..Outcome::default() });
         assert_eq!(image.as_bytes(), [1, 2, 3]);
     }
 
@@ -274,7 +310,7 @@ mod tests {
         let mut image = DynamicImage::ImageRgb32F(ImageBuffer::from_raw(4, 1, raw).unwrap());
         let all = Validity::from_flags(4, 1, vec![true; 4]);
         let outcome = repair(&mut image, Role::Color, &all, [Wrap::Clamp; 2]).unwrap();
-        assert_eq!(outcome, Outcome { filled: 2, remaining: 0 });
+        assert_eq!(outcome, Outcome { filled: 2, ..Outcome::default() });
         for texel in image.as_rgb32f().unwrap().pixels() {
             let expected = [1.0, 2.0, 65024.0];
             assert!(

@@ -1,8 +1,8 @@
 //! The texels of an image that may be trusted.
 //!
 //! With a mesh, a texel is valid when its centre lies in one of the mesh's UV triangles. Several
-//! meshes may share an image: take the union. Without a mesh the background color tells (see
-//! [`Validity::from_background`]), or a mask that somebody painted.
+//! meshes may share an image: take the union. Without a mesh the background tells (see
+//! [`Background`](crate::Background)), or a mask that somebody painted.
 //!
 //! A mask is binary, one byte a texel: a valid texel leaves a repair with the bits it came with,
 //! any other is replaced as a whole; there is nothing between. Fractions arise only in the coarser
