@@ -7,9 +7,9 @@ pub(crate) mod seams;
 use glam::Affine2;
 use image::DynamicImage;
 use rayon::prelude::*;
-use seamwise_texture::equalize::{self, Equalized, Seam, equalize};
+use seamwise_texture::equalize::{self, Equalized, Seam};
 use seamwise_texture::{
-    Footprint, Outcome, Role, Validity, Wrap, alpha_tells, keep_padding, repair, repair_hidden,
+    Footprint, KeptCoverage, Outcome, Repair, RepairSummary, Role, Validity, Wrap, alpha_tells,
 };
 
 use crate::document::asset::Asset;
@@ -20,7 +20,7 @@ use crate::image_file::codec::{EncodeOptions, decode, encode_anew};
 use crate::image_file::encoded::EncodedImage;
 use crate::limit::MemoryLimit;
 use crate::surface::geometry::check_size;
-use alpha::{Alpha, KeptCoverage, Scale};
+use alpha::Alpha;
 use charts::{Charts, Reads};
 use seams::seams_of_images;
 
@@ -167,7 +167,7 @@ pub struct AtlasOptions {
     /// Most memory that decoding one image may take.
     pub memory_limit: MemoryLimit,
     /// Number of rings of texels around the charts that stay if they agree with them; see
-    /// [`keep_padding`].
+    /// [`keep_padding`](seamwise_texture::keep_padding).
     pub keep_padding: usize,
     /// Number of times that images are halved, each texel the mean of valid ones; see
     /// [`scale_down`](seamwise_texture::scale_down). Images that charts cover are scaled too, those
@@ -235,18 +235,16 @@ fn repair_one(
     }
     let fault = |error: seamwise_texture::Error| Error::invalid(&at, error.to_string());
     let Atlas { role, wrap, .. } = atlas;
-    let rings = options.keep_padding;
     let cutoff = cutoff.filter(|_| options.keep_coverage && !shows);
-    let mut coverage = None;
-    let padding = keep_padding(&texels, role, &mut validity, wrap, rings).map_err(fault)?;
-    if options.halvings > 0 {
-        let scale = Scale { role, halvings: options.halvings, cutoff };
-        coverage = scale.down(&mut texels, &mut validity).map_err(fault)?;
-    }
-    let fill = if fills_hidden { repair_hidden } else { repair };
-    let outcome = fill(&mut texels, role, &validity, wrap).map_err(fault)?;
-    let equalize = |options| equalize(&mut texels, role, &validity, wrap, seams, options);
-    let equalized = options.equalize.map(equalize).transpose().map_err(fault)?;
+    let repair = Repair::new(role)
+        .wrap(wrap)
+        .keep_padding(options.keep_padding)
+        .halve(options.halvings)
+        .keep_coverage(cutoff)
+        .fill_hidden(fills_hidden)
+        .equalize(seams, options.equalize);
+    let RepairSummary { padding, coverage, outcome, equalized } =
+        repair.run(&mut texels, &mut validity).map_err(fault)?;
     let is_untouched = outcome.hidden == 0 && equalized.is_none_or(|done| done.texels == 0);
     if covered && options.halvings == 0 && is_untouched {
         return Ok(Err(LeftAlone::Covered));

@@ -29,9 +29,9 @@ pub struct LevelMesh<'a> {
     pub triangles: usize,
     /// One per part of the source. None if the level is the source itself, whose primitives then stay
     /// as they are.
-    pub parts: Option<Vec<Option<LevelPart>>>,
+    pub(crate) parts: Option<Vec<Option<LevelPart>>>,
     /// The grid of its positions, if they are integers.
-    pub grid: Option<Grid>,
+    pub(crate) grid: Option<Grid>,
 }
 
 impl<'a> LevelMesh<'a> {

@@ -30,6 +30,7 @@ use image::{DynamicImage, ImageFormat};
 use seamwise_texture::{Validity, Wrap, seen_texels};
 use serde_json::Value;
 
+use crate::atlas::alpha::coverage_note;
 use crate::atlas::{ImageRepair, Repaired, encode_repaired, repair_all_with};
 use crate::document::asset::Asset;
 use crate::error::{Error, Result};
@@ -225,7 +226,7 @@ fn asset_image(asset: &Asset, repair: &ImageRepair, options: &RepairOptions) -> 
             report.equalized = repaired.equalized;
             report.notes = encoding_notes(&asset.images[repair.image], encoding);
             report.notes.extend(padding_note(repaired.padding));
-            report.notes.extend(repaired.coverage.map(|coverage| coverage.note()));
+            report.notes.extend(repaired.coverage.as_ref().map(coverage_note));
             report.notes.extend(hidden_note(repaired));
         }
         Err(reason) => report.left_alone = Some(reason.to_string()),

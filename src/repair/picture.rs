@@ -1,16 +1,13 @@
 //! The repair of a picture: PNG, JPEG, WebP, TIFF, Radiance HDR.
 
 use image::{DynamicImage, ImageFormat};
-use seamwise_texture::equalize::{Options, Seam, equalize};
-use seamwise_texture::{
-    Role, Validity, is_normal_map, keep_padding, repair, repair_hidden, seen_texels,
-};
+use seamwise_texture::{Repair, RepairSummary, Role, Validity, is_normal_map, seen_texels};
 
 use super::background::{Found, tolerance};
 use super::options::{Background, RepairOptions};
 use super::sources::Sources;
 use super::{Job, WRAP, padding_note};
-use crate::atlas::alpha::Scale;
+use crate::atlas::alpha::coverage_note;
 use crate::error::{Error, Result};
 use crate::image_file::picture::Picture;
 use crate::report::repair::{ImageReport, RepairReport};
@@ -55,22 +52,18 @@ impl Job<'_> {
         }
         let (role, guess) = self.role(&picture.texels, &validity);
         let fault = |error: seamwise_texture::Error| invalid(error.to_string());
-        let rings = self.options.keep_padding;
-        let padding =
-            keep_padding(&picture.texels, role, &mut validity, WRAP, rings).map_err(fault)?;
-        let mut coverage = None;
-        if self.options.halvings > 0 {
-            let RepairOptions { halvings, keep_coverage: cutoff, .. } = *self.options;
-            let scale = Scale { role, halvings, cutoff };
-            coverage = scale.down(&mut picture.texels, &mut validity).map_err(fault)?;
-        }
-        let reads = sources.reads(&validity, self.options.footprint);
-        let fill = if spreads { repair_hidden } else { repair };
-        let outcome = fill(&mut picture.texels, role, &validity, WRAP).map_err(fault)?;
-        let equalize = |(seams, options): (&[Seam], Options)| {
-            equalize(&mut picture.texels, role, &validity, WRAP, seams, options).map_err(fault)
-        };
-        let equalized = sources.seams(self.options).map(equalize).transpose()?;
+        let RepairOptions { keep_padding, halvings, keep_coverage, footprint, .. } = *self.options;
+        let (seams, equalize) = sources.seams(self.options).unzip();
+        let repair = Repair::new(role)
+            .wrap(WRAP)
+            .keep_padding(keep_padding)
+            .halve(halvings)
+            .keep_coverage(keep_coverage)
+            .fill_hidden(spreads)
+            .equalize(seams.unwrap_or_default(), equalize);
+        let RepairSummary { padding, coverage, outcome, equalized } =
+            repair.run(&mut picture.texels, &mut validity).map_err(fault)?;
+        let reads = sources.reads(&validity, footprint);
         let (file, notes) = picture.encode(output_format, encoding.quality).map_err(|what| {
             let output = self.output.display();
             Error::Options { what: format!("{output}: {what}; choose another format") }
@@ -81,7 +74,7 @@ impl Job<'_> {
         report.notes = [picture.notes, notes].concat();
         report.notes.extend(padding_note(padding));
         report.notes.extend(note.into_iter().chain(guess));
-        report.notes.extend(coverage.map(|coverage| coverage.note()));
+        report.notes.extend(coverage.as_ref().map(coverage_note));
         let mut kept = validity.clone();
         if spreads {
             kept.intersect(&seen_texels(&picture.texels));

@@ -28,9 +28,9 @@ pub struct Extras {
     /// The atlases, if they were repaired.
     pub atlases: AtlasPictures,
     /// The textures of each level, if levels have any of their own.
-    pub level_textures: Vec<TexturePictures>,
+    pub(crate) level_textures: Vec<TexturePictures>,
     /// Wall times of the same bake on 1, 2, … threads, if they were measured.
-    pub threads: Vec<ThreadTime>,
+    pub(crate) threads: Vec<ThreadTime>,
 }
 
 #[derive(Template)]

@@ -17,7 +17,10 @@ pub(crate) struct ThreadTime {
 ///
 /// # Errors
 /// The job's error; [`Error::Internal`] if threads can't be had.
-pub(crate) fn time_threads<T>(most: usize, run: impl Fn() -> Result<T> + Sync) -> Result<Vec<ThreadTime>> {
+pub(crate) fn time_threads<T>(
+    most: usize,
+    run: impl Fn() -> Result<T> + Sync,
+) -> Result<Vec<ThreadTime>> {
     let time = |threads| {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)

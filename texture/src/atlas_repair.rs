@@ -50,7 +50,7 @@ pub struct Repair<'a> {
 
 /// The result of each step of a [`Repair`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Repaired {
+pub struct RepairSummary {
     /// Number of texels of padding that were kept.
     pub padding: usize,
     /// What the alpha lets pass, if that was to be kept and the image was made smaller.
@@ -134,7 +134,7 @@ impl<'a> Repair<'a> {
     /// # Errors
     /// [`Error::Invalid`](crate::Error::Invalid) if `validity` has another size than `image`, or the image
     /// is of a kind that [`repair`](fn@repair) does not know.
-    pub fn run(&self, image: &mut DynamicImage, validity: &mut Validity) -> Result<Repaired> {
+    pub fn run(&self, image: &mut DynamicImage, validity: &mut Validity) -> Result<RepairSummary> {
         let Self { role, wrap, .. } = *self;
         let padding = keep_padding(image, role, validity, wrap, self.rings)?;
         let coverage = if self.halvings > 0 { self.scale(image, validity)? } else { None };
@@ -143,7 +143,7 @@ impl<'a> Repair<'a> {
         let equalize =
             |options| equalize::equalize(image, role, validity, wrap, self.seams, options);
         let equalized = self.equalize.map(equalize).transpose()?;
-        Ok(Repaired { padding, coverage, outcome, equalized })
+        Ok(RepairSummary { padding, coverage, outcome, equalized })
     }
 
     /// Scales an image and what is valid of it; the result tells what was done to its alpha.

@@ -83,7 +83,7 @@ mod validity;
 mod wrap;
 
 pub use alpha::{alpha_coverage, alpha_tells, keep_coverage, seen_texels};
-pub use atlas_repair::{KeptCoverage, Repair, Repaired};
+pub use atlas_repair::{KeptCoverage, Repair, RepairSummary};
 pub use background::Background;
 pub use error::{Error, Result};
 pub use mips::{ColorEncoding, MipLevel, Mips};
