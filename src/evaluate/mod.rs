@@ -8,6 +8,7 @@ pub mod appearance;
 pub mod camera;
 pub mod distance;
 mod farthest;
+mod frame;
 pub mod heat;
 mod lanes;
 mod light;

@@ -7,10 +7,10 @@
 
 use glam::{BVec4A, Vec2, Vec3, Vec4};
 
+use super::frame::{BACKGROUND, Image};
 use super::lanes::Lanes;
 use super::patch::{Patch, TILE};
 use super::raster::{Layer, NONE, SAMPLES, View};
-use super::render::{BACKGROUND, Image};
 use super::shade::{COUNT, Detail, Points, Shader};
 
 /// Patches that are kept while a tile is painted. Of a helmet of 94,722 triangles a tile of 512² pixels

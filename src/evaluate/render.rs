@@ -9,44 +9,16 @@
 //! guaranteed: the same bits on another machine, whose `log2` may round otherwise.
 
 use rayon::prelude::*;
-use seamwise_texture::color::linear_to_srgb8;
 
 use super::camera::{Camera, Rig};
+pub use super::frame::{BACKGROUND, Image};
 use super::paint::Painter;
 use super::raster::{Layer, View};
 use super::scene::{Alpha, Mode, Scene};
 use super::shade::{Shader, material_of};
 
-/// What surrounds the scene, in linear light: the gray that is 0.5 in sRGB. Halfway on the screen
-/// between black and white, so a hole or a lost outline counts as much on a dark model as on a light
-/// one.
-pub const BACKGROUND: f32 = 0.214_041_14;
-
 /// A blended sample below this alpha is not there: one step of 8 bits.
 const INVISIBLE: f32 = 1.0 / 255.0;
-
-/// A render.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Image {
-    /// In pixels.
-    pub width: usize,
-    /// In pixels.
-    pub height: usize,
-    /// One per pixel, row-major from the top: linear Rec. 709, 0…1.
-    pub rgb: Vec<[f32; 3]>,
-    /// One per pixel: a bit for each of its four samples that sees the scene.
-    pub coverage: Vec<u8>,
-}
-
-impl Image {
-    /// The image as a screen shows it: sRGB, 8 bits.
-    pub fn to_srgb8(&self) -> image::RgbImage {
-        image::RgbImage::from_fn(self.width as u32, self.height as u32, |x, y| {
-            let linear = self.rgb[y as usize * self.width + x as usize];
-            image::Rgb(linear.map(linear_to_srgb8))
-        })
-    }
-}
 
 /// Renders every view of a rig, in its order.
 pub fn render_views(scene: &Scene, rig: &Rig, mode: Mode) -> Vec<Image> {
