@@ -15,8 +15,8 @@ const LEAST_STEP: f32 = 0.1;
 const ASTRAY: f32 = 0.25;
 
 /// Rims are blended if the share of such steps onto them is larger by this than that of steps further
-/// in. Of the sample asset's color, normal and roughness maps the difference is below 0.02; of charts
-/// with smooth outlines it is 0.4 and more, less only what runs along rows and columns.
+/// in. Of the sample asset's color and normal maps, whose outlines are hard, both shares are below
+/// 0.001; of a disc with a smooth outline they are 0.88 and 0.23.
 const LEAST_EXCESS: f32 = 0.1;
 
 /// A background this near to a chart's color tells nothing.
