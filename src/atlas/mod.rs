@@ -146,7 +146,7 @@ impl Repaired {
 pub enum LeftAlone {
     /// No primitive uses it, not even points or lines.
     #[error("no primitive uses it")]
-    NotWorn,
+    Unused,
     /// Points or lines use it, whose reads no chart bounds.
     #[error("points or lines use it")]
     BeyondCharts,
@@ -202,7 +202,7 @@ pub fn repair_all_with(asset: &Asset, options: AtlasOptions) -> Result<Vec<Image
         let alpha = atlas.as_ref().map(|atlas| atlas.alpha).unwrap_or_default();
         let result = match atlas {
             Some(atlas) => repair_one(asset, atlas, options, seams)?,
-            None => Err(LeftAlone::NotWorn),
+            None => Err(LeftAlone::Unused),
         };
         Ok(ImageRepair { image, role, alpha, result })
     };
@@ -323,7 +323,7 @@ mod tests {
         let repairs = repair_all(&asset, MemoryLimit::default()).unwrap();
         let reasons: Vec<_> =
             repairs.iter().map(|repair| repair.result.as_ref().err().copied()).collect();
-        let expected = [LeftAlone::NoChart, LeftAlone::BeyondCharts, LeftAlone::NotWorn];
+        let expected = [LeftAlone::NoChart, LeftAlone::BeyondCharts, LeftAlone::Unused];
         assert_eq!(reasons[0], None);
         assert_eq!(reasons[1..], expected.map(Some));
         assert_eq!((repairs[0].role, repairs[3].role), (Some(Role::Color), None));

@@ -37,14 +37,14 @@ fn explain(stop: Stop) -> String {
 
 pub(crate) fn level_reports(
     asset: &Asset,
-    dressed: &[AssetLevel<'_>],
+    assembled: &[AssetLevel<'_>],
     chains: &[Vec<Level>],
     steering: &[MeshSteering],
     options: &BakeOptions,
     measured: Option<&Measured>,
 ) -> Vec<LevelReport> {
     let triangles = |mesh: &LevelMesh<'_>| mesh.geometry.welded.mesh.triangles.len();
-    let total = dressed.first().map_or(0, |level| level.meshes.iter().map(triangles).sum());
+    let total = assembled.first().map_or(0, |level| level.meshes.iter().map(triangles).sum());
     let shares = options.targets.shares(total);
     let sizes = measured.map(|measured| options.screen.largest_sizes(measured.distances()));
     let counts = options.targets.counts(total);
@@ -65,8 +65,8 @@ pub(crate) fn level_reports(
                 .zip(steering)
                 .map(|(level, steering)| level.error * steering.stretch())
                 .fold(0.0, f64::max),
-            draw_calls: dressed[index].meshes.iter().map(LevelMesh::draw_calls).sum(),
-            texture_bytes: dressed[index].textures.bytes(),
+            draw_calls: assembled[index].meshes.iter().map(LevelMesh::draw_calls).sum(),
+            texture_bytes: assembled[index].textures.bytes(),
             reached: stopped.is_empty(),
             why: stopped.first().map(|&stop| match chains.len() {
                 1 => explain(stop),

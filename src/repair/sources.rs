@@ -33,7 +33,7 @@ pub(super) struct Sources {
     pub(super) warnings: Warnings,
 }
 
-/// A mesh that wears the picture.
+/// A mesh that uses the picture.
 struct MeshSource {
     charts: Charts,
     /// If they are to be equalized.

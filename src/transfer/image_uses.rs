@@ -89,16 +89,16 @@ impl Used {
     }
 
     /// The reason why it can't be made anew in any layout, if there is one.
-    fn unfit(&self, is_tangled: impl Fn() -> bool) -> Option<SharedReason> {
+    fn unfit(&self, has_conflicting_uvs: impl Fn() -> bool) -> Option<SharedReason> {
         if !self.is_used {
-            Some(SharedReason::NotWorn)
+            Some(SharedReason::Unused)
         } else if self.is_missing {
             Some(SharedReason::Missing)
         } else if self.beyond_charts {
             Some(SharedReason::BeyondCharts)
         } else if self.lacks_uvs || self.charts.is_empty() {
             Some(SharedReason::NoCharts)
-        } else if is_tangled() {
+        } else if has_conflicting_uvs() {
             Some(SharedReason::ConflictingUvs)
         } else {
             None
@@ -107,12 +107,12 @@ impl Used {
 
     /// Why it can't be made anew in a new layout.
     pub(super) fn fixed(&self) -> Option<SharedReason> {
-        let fixed = self.unfit(|| self.is_tangled());
+        let fixed = self.unfit(|| self.has_conflicting_uvs());
         fixed.or_else(|| self.has_ids.then_some(SharedReason::Ids))
     }
 
     /// Whether triangles read it in several ways.
-    fn is_tangled(&self) -> bool {
+    fn has_conflicting_uvs(&self) -> bool {
         let mut groups: Vec<_> = self.charts.iter().map(|c| (c.surface, c.group)).collect();
         groups.sort_unstable();
         groups.windows(2).any(|pair| pair[0] == pair[1])

@@ -75,7 +75,7 @@ pub(crate) struct SourceReading {
 pub enum SharedReason {
     /// No material that a surface uses names it.
     #[error("no surface uses it")]
-    NotWorn,
+    Unused,
     /// Its file is not there.
     #[error("it is missing")]
     Missing,

@@ -165,7 +165,7 @@ pub(super) struct Share {
 impl Share {
     /// The error of the next halving per byte that it saves; `None` if there is nothing left to
     /// halve.
-    fn price(&self) -> Option<f64> {
+    fn loss_per_byte(&self) -> Option<f64> {
         let lost = self.details.get(self.halvings as usize)?;
         let lost = if self.halvings < self.unseen { 0.0 } else { *lost };
         Some(lost / (0.75 * self.bytes).max(1.0))
@@ -176,7 +176,7 @@ impl Share {
 pub(super) fn fit(shares: &mut [Share], budget: f64) -> bool {
     let mut bytes: f64 = shares.iter().map(|share| share.bytes).sum();
     while bytes > budget {
-        let priced = shares.iter_mut().filter_map(|share| Some((share.price()?, share)));
+        let priced = shares.iter_mut().filter_map(|share| Some((share.loss_per_byte()?, share)));
         let Some((_, share)) = priced.min_by(|a, b| a.0.total_cmp(&b.0)) else { return false };
         bytes -= 0.75 * share.bytes;
         share.bytes *= 0.25;
