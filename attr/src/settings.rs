@@ -107,7 +107,7 @@ pub struct Settings {
     pub keep_volume: bool,
 }
 
-/// What a descent may lose.
+/// Limits on the deviation and the lost area of a simplification.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Limits {
     /// How far the surface may be off, in the units of the metric.

@@ -12,7 +12,7 @@ use super::distance::{Correspondence, Pair};
 /// do not depend on the thread count.
 const CHUNK: usize = 1024;
 
-/// What a surface looks like at a point of it.
+/// The base color and shading normal of a surface, at any point of it.
 pub trait Appearance: Sync {
     /// Base color, encoded as sRGB, 0…1. `barycentrics`: one per corner, sum 1.
     fn color(&self, triangle: TriangleId, barycentrics: Vec3) -> [f32; 3];

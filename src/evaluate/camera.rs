@@ -35,7 +35,7 @@ pub struct Camera {
     pub zenith: DVec3,
     /// Half the frame's width at distance 1.
     pub half_width: f64,
-    /// What is nearer than this along `forward` is not seen; in metres, above 0.
+    /// Distance of the near plane along `forward`, in metres, above 0; nothing nearer is seen.
     pub near: f64,
 }
 

@@ -34,7 +34,7 @@ use seamwise_attr::{Surface, TriangleId, closest_on_triangle};
 pub(super) const TOLERANCE: f64 = 0.002;
 /// How much farther it may be besides, over the diagonal.
 pub(super) const FLOOR: f64 = 2e-6;
-/// What of a piece must lie on either side of an edge for it to be cut there, over the piece's extent
+/// Least extent of a piece on either side of an edge for it to be cut there, over its whole extent
 /// across the edge.
 const SLIVER: f64 = 1e-3;
 /// How much larger than its nearest triangle a piece may be to be cut along its edges.
@@ -42,7 +42,7 @@ const LARGE: f64 = 8.0;
 /// Pieces that are cut in a turn.
 const BATCH: usize = 1024;
 
-/// What distances are measured to.
+/// The surface that distances are measured to.
 pub(super) struct Target<'a> {
     pub(super) positions: &'a [Vec3],
     pub(super) triangles: &'a [[u32; 3]],
@@ -114,14 +114,14 @@ impl Target<'_> {
 /// A triangle or a part of one, to be measured.
 struct Part {
     corners: [DVec3; 3],
-    /// What was nearest to that which it was cut from.
+    /// The triangle of the target nearest to the center of the piece it was cut from, if it was cut.
     near: Option<TriangleId>,
 }
 
 /// A triangle or a part of one.
 struct Piece {
     corners: [DVec3; 3],
-    /// What is nearest to its center.
+    /// The triangle of the target nearest to its center.
     nearest: TriangleId,
     /// The distance of its center.
     distance: f64,

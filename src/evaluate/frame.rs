@@ -1,8 +1,8 @@
-//! What a camera sees: linear light and coverage, pixel by pixel.
+//! The image of a render: linear light and coverage of each pixel.
 
 use seamwise_texture::color::linear_to_srgb8;
 
-/// What surrounds the scene, in linear light: the gray that is 0.5 in sRGB. Halfway on the screen
+/// Background of a render, in linear light: the gray that is 0.5 in sRGB. Halfway on the screen
 /// between black and white, so a hole or a lost outline counts as much on a dark model as on a light
 /// one.
 pub const BACKGROUND: f32 = 0.214_041_14;

@@ -23,7 +23,7 @@ use glam::Vec4;
 use super::camera::Camera;
 use super::lanes::Lanes;
 
-/// What a white Lambert surface sends that faces the key.
+/// Radiance of the key that a white Lambert surface facing it reflects.
 const KEY: f32 = 0.55;
 /// Radiance above and below the horizon.
 const SKY: f32 = 0.45;
@@ -85,7 +85,7 @@ impl Light {
         around * surface.occlusion + key
     }
 
-    /// What the surrounding shows in the mirrored direction, blurred by roughness.
+    /// Radiance of the surrounding in the mirrored direction, blurred by roughness.
     #[inline]
     fn mirrored(&self, normal: Lanes, to_eye: Lanes, roughness: Vec4) -> Vec4 {
         let up = (normal * (2.0 * normal.dot(to_eye)) - to_eye).dot(self.zenith);

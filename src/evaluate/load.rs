@@ -195,7 +195,7 @@ impl Soup {
         })
     }
 
-    /// What one instance takes in a scene.
+    /// Bytes that one instance takes in a scene.
     fn bytes(&self) -> u64 {
         let [vertices, triangles] = [self.positions.len(), self.triangles.len()];
         BYTES_PER_PRIMITIVE

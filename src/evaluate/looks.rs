@@ -1,4 +1,4 @@
-//! What a scene looks like at a point of its surface.
+//! Base color and shading normal at a point of a scene's surface, and triangles whose UVs fold over.
 
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use seamwise_attr::{Sample, TriangleId, area_vector};

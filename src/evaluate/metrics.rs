@@ -112,7 +112,7 @@ impl OneSidedDistance {
 /// the figures of the rig.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct AtSwitch {
-    /// What the reference's diagonal spans, in pixels.
+    /// Length of the reference's diagonal on the screen, in pixels.
     pub pixels: f64,
     /// Pixels along each side of a view.
     pub resolution: usize,

@@ -27,7 +27,7 @@ pub fn render_views(scene: &Scene, rig: &Rig, mode: Mode) -> Vec<Image> {
 
 /// Renders one view of `resolution` pixels each way.
 ///
-/// Whatever the scene holds, there is an image: a triangle that names a vertex or material that is
+/// Every scene gives an image: a triangle that names a vertex or material that is
 /// not there, or has no area or a corner that is not finite, is not seen; attributes that are
 /// missing are white (color) or zero; what is nearer than the camera's near plane is cut away.
 pub fn render(scene: &Scene, camera: &Camera, resolution: usize, mode: Mode) -> Image {

@@ -1,4 +1,4 @@
-//! What the evaluator looks at: a file's default scene, flattened to world space.
+//! The scene that is evaluated: a file's default scene, flattened to world space.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -74,7 +74,7 @@ pub struct Material {
     pub emissive: Vec3,
     /// sRGB in the file, linear here.
     pub emissive_texture: Option<TextureRef>,
-    /// What the base color's alpha means.
+    /// Alpha mode: how the base color's alpha is used.
     pub alpha: Alpha,
     /// Whether back faces are seen.
     pub double_sided: bool,
@@ -83,7 +83,7 @@ pub struct Material {
 }
 
 impl Default for Material {
-    /// What a primitive without a material uses (glTF 2.0 §3.9.6).
+    /// The material of primitives that have none (glTF 2.0 §3.9.6).
     fn default() -> Self {
         Self {
             base_color: Vec4::ONE,
@@ -104,7 +104,7 @@ impl Default for Material {
     }
 }
 
-/// What alpha means for a material.
+/// The alpha mode of a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Alpha {
     /// Ignored.

@@ -48,7 +48,8 @@ struct Coat<'a> {
     emissive: Option<Texture<'a>>,
 }
 
-/// Whatever decides which texels are read at a point.
+/// The sampling parameters of a texture, which decide the texels that are read at a point; textures
+/// with equal ones share a reading.
 #[derive(Clone, Copy)]
 struct Reading<'a> {
     uv_set: usize,
@@ -77,7 +78,7 @@ pub(super) struct Points {
     /// is lit.
     map: [Vec4; COUNT],
     emissive: [Vec4; COUNT],
-    /// What the last texture was read by: a place to work in.
+    /// Taps of the texture read last: scratch space.
     taps: Taps,
 }
 
@@ -216,7 +217,7 @@ struct Reader<'a> {
     coat: &'a Coat<'a>,
     detail: &'a Detail,
     uvs: Vec4,
-    /// What the last reading found, and which that was.
+    /// Taps of the last reading, and the index of that reading in `coat.readings`.
     taps: &'a mut Taps,
     last: Option<usize>,
 }

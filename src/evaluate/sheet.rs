@@ -9,7 +9,7 @@ use super::scene::{Mode, Scene};
 
 /// Pixels between pictures.
 const GAP: u32 = 4;
-/// What lies between them: a little darker than the background of a render.
+/// Color between pictures: a little darker than the background of a render.
 const GAP_COLOR: Rgb<u8> = Rgb([96; 3]);
 /// Views of fewer pixels are shown larger, pixel by pixel: what mip maps do to a seam shows there.
 const LEAST_SIDE: u32 = 256;

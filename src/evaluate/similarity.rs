@@ -36,7 +36,7 @@ const SIGMA: f32 = 1.5;
 /// (K₁ · L)² and (K₂ · L)² for a signal of 0…1.
 const C1: f32 = 1e-4;
 const C2: f32 = 9e-4;
-/// What an image is reduced to, at least and roughly, in pixels along its shorter side.
+/// Shorter side of a reduced image in pixels, roughly: the sides are divided by a whole number.
 const SCALE: usize = 256;
 
 /// The sRGB-encoded luminance of a render, reduced for the windows.

@@ -1,4 +1,4 @@
-//! What a closed surface holds, how large it is, and what is wrong with it.
+//! Volume, area and extent of a surface, and the defects that keep it from being a closed manifold.
 //!
 //! The signed volume is Σ v₀·(v₁×v₂)/6 over the triangles, each corner taken from the surface's
 //! center of area: the divergence theorem for the field x/3. It is the volume enclosed if the surface

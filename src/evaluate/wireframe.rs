@@ -21,7 +21,7 @@ const HALF_WIDTH: f32 = 0.35;
 const RIM: f32 = 0.7;
 /// Lines of a triangle fade where its smallest height is less than this, in pixels.
 const CLEAR_HEIGHT: f32 = 6.0;
-/// What is left of the lines of a triangle without height.
+/// Least opacity of lines, that of a triangle without height.
 const MIN_OPACITY: f32 = 0.4;
 /// Linear light of a line.
 const LINE: f32 = 0.008;

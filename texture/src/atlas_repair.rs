@@ -53,7 +53,8 @@ pub struct Repair<'a> {
 pub struct RepairSummary {
     /// Number of texels of padding that were kept.
     pub padding: usize,
-    /// What the alpha lets pass, if that was to be kept and the image was made smaller.
+    /// The shares of texels that pass the alpha cutoff, if they were to be kept and the image was
+    /// scaled down.
     pub coverage: Option<KeptCoverage>,
     /// The result of the fill.
     pub outcome: Outcome,

@@ -157,7 +157,7 @@ impl Mips {
         self.read(&self.taps(uv, wrap, lod)).to_array()
     }
 
-    /// What [`Mips::sample`] reads, of this image or of any of its [size](Mips::size).
+    /// Texels and weights of [`Mips::sample`], for this image or any of its [size](Mips::size).
     #[inline]
     pub fn taps(&self, uv: Vec2, wrap: [Wrap; 2], lod: f32) -> Taps {
         let last = self.levels.len() - 1;

@@ -8,7 +8,7 @@ use glam::{Vec2, Vec4};
 
 use crate::wrap::Wrap;
 
-/// What a trilinear sample reads: four texels of a level, and four of the next coarser one.
+/// Texels and weights of a trilinear sample: four texels of a level, and four of the next coarser one.
 #[derive(Clone, Copy, Debug)]
 pub struct Taps {
     /// The finer level.
@@ -20,7 +20,7 @@ pub struct Taps {
     pub(crate) coarse: Quad,
 }
 
-/// What a bilinear sample reads.
+/// Texels and weights of a bilinear sample.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Quad {
     /// Row-major indices: the upper two, then the lower two.
@@ -63,8 +63,8 @@ pub(crate) fn mix(a: Vec4, b: Vec4, t: f32) -> Vec4 {
     a + (b - a) * t
 }
 
-/// What a bilinear sample at `uv` reads of an image of such width and height. A UV that is not finite
-/// reads as 0.
+/// Texels and weights of a bilinear sample at `uv`, in an image of this width and height in texels. A UV
+/// that is not finite reads as 0.
 #[inline(always)]
 pub(crate) fn quad(uv: Vec2, size: [usize; 2], wrap: [Wrap; 2]) -> Quad {
     let at = |uv: f32, size: usize, wrap: Wrap| {
