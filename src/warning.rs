@@ -20,7 +20,7 @@ use crate::error::{Error, Result};
 /// its first, and the rest is counted.
 const MAX_TEXTS: usize = 100;
 
-/// What is said of those beyond [`MAX_TEXTS`].
+/// The text in place of those beyond [`MAX_TEXTS`].
 const MORE: &str = "more of other kinds; mend the others first";
 
 /// One thing that was left out, guessed or mended.
@@ -28,7 +28,7 @@ const MORE: &str = "more of other kinds; mend the others first";
 pub struct Warning {
     /// The first place: a JSON pointer in a glTF document, a line, or a file and a line.
     pub at: String,
-    /// What is wrong there, what was made of it, and what to do.
+    /// The problem there, how it was handled, and what to do.
     pub what: Cow<'static, str>,
     /// How many places it is about.
     pub times: usize,

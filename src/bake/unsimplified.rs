@@ -1,4 +1,4 @@
-//! What is said where there is nothing to simplify: the levels are the source.
+//! Checks for an asset or a level with nothing to simplify: the level is the source, which is warned of.
 
 use super::options::{BakeOptions, Targets};
 use crate::document::accessor;
@@ -11,7 +11,7 @@ use crate::report::LevelReport;
 use crate::surface::geometry::Geometry;
 use crate::warning::Warnings;
 
-/// What an asset gives a bake to do.
+/// Whether the scene shows surfaces, so that levels can be measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Surfaces {
     /// Surfaces that the scene shows.

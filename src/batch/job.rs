@@ -16,7 +16,8 @@ pub struct Job {
     pub folder: PathBuf,
     /// The file.
     pub input: PathBuf,
-    /// What the outputs are called after: the file's stem, unless another input has that.
+    /// The beginning of the outputs' names: the input's stem, or its whole file name where the outputs
+    /// of another input have that stem.
     pub name: String,
 }
 

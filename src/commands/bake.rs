@@ -35,7 +35,7 @@ struct InputReport {
     /// The reason why it failed, if it did.
     #[serde(skip_serializing_if = "Option::is_none")]
     reason: Option<String>,
-    /// What was left out, guessed or mended.
+    /// Warnings: things left out, guessed or mended.
     warnings: Warnings,
     seconds: f64,
 }

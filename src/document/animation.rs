@@ -1,5 +1,5 @@
-//! What the channels of animations change: properties of nodes by number, or any property by its
-//! pointer (`KHR_animation_pointer`).
+//! Targets of animation channels: properties of nodes by number, or any property by its pointer
+//! (`KHR_animation_pointer`).
 
 use serde_json::{Value, json};
 
@@ -43,7 +43,8 @@ pub(crate) fn retarget(channel: &mut Value, to: usize) {
 
 const POINTER: &str = "/extensions/KHR_animation_pointer/pointer";
 
-/// What of an object a target's pointer names, if it names anything of it.
+/// The property that a target's pointer names, as a path in an object of `list`; `None` if it names
+/// nothing of that object.
 fn property<'a>(target: &'a Value, list: &str, index: usize) -> Option<&'a str> {
     let pointer = target.pointer(POINTER)?.as_str()?;
     pointer.strip_prefix(&format!("/{list}/{index}/"))

@@ -21,7 +21,7 @@ pub struct Asset {
     pub buffers: Vec<Vec<u8>>,
     /// One per image of the document.
     pub images: Vec<EncodedImage>,
-    /// What was left out, guessed or mended when it was read.
+    /// Warnings of the reader: things left out, guessed or mended.
     pub warnings: Warnings,
 }
 

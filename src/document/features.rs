@@ -12,7 +12,7 @@ use super::asset::Asset;
 use super::edit::put;
 use super::primitive::Primitive;
 
-/// What attributes of ids are called, with a number behind.
+/// Name of an attribute of feature ids, before its number.
 const ATTRIBUTE: &str = "_FEATURE_ID_";
 
 /// Where a primitive's ids stand among its extensions.

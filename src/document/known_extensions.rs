@@ -1,4 +1,4 @@
-//! What the extensions that are known have to do with what a bake changes.
+//! The known extensions, by whether they describe data that a bake changes.
 //!
 //! | what it describes | if it is required |
 //! |---|---|
@@ -9,7 +9,7 @@
 //!
 //! An extension that describes changed geometry and is not required is left out of what changes.
 
-/// What an extension describes.
+/// The kind of data that an extension describes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Describes {
     /// Neither geometry nor textures: whatever it says stays true.
@@ -92,7 +92,7 @@ const fn row(name: &'static str, describes: Describes, holds_indices: bool) -> K
     Known { name, describes, holds_indices }
 }
 
-/// What is known of an extension, if anything.
+/// The entry of an extension in the table, if it is known.
 pub(crate) fn known(name: &str) -> Option<Known> {
     if name.starts_with(MATERIALS.name) {
         return Some(MATERIALS);

@@ -73,7 +73,7 @@ pub(crate) struct Measured {
     pub(crate) farthest: Vec<Option<Part>>,
     /// Diagonal of the source's bounding box, in world units.
     pub(crate) diagonal: f64,
-    /// What is doubtful about all of it.
+    /// Warnings about the measurement as a whole.
     pub(crate) warnings: Warnings,
 }
 

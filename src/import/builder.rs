@@ -92,7 +92,7 @@ impl Document {
         }
     }
 
-    /// What is taken off all positions, which is told.
+    /// The offset that is taken off all positions, if any. Warns of it, and of positions that are rounded.
     fn offset(&mut self, fit: Fit) -> Option<DVec3> {
         let at = "all positions";
         match fit {

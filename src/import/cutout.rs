@@ -14,7 +14,7 @@ const HARD: u8 = 32;
 /// noise a tenth, of a picture of shades two thirds.
 const MAX_SOFT: f64 = 0.25;
 
-/// What an alpha is for, by glTF's names.
+/// The alpha mode that suits an alpha, by glTF's names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "UPPERCASE")]
 pub(super) enum Cutout {

@@ -11,11 +11,11 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
     GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent),
 );
 
-/// What a data URI holds.
+/// The decoded content of a data URI.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct DataUri {
     pub(super) bytes: Vec<u8>,
-    /// What had to be read as if it were right.
+    /// A warning, if its base64 is not in the standard alphabet and padded, but could be read.
     pub(super) mended: Option<&'static str>,
 }
 

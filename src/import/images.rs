@@ -167,7 +167,7 @@ impl<'a> Pictures<'a> {
         Ok(found.path)
     }
 
-    /// What a picture is called in the document: its path from the model.
+    /// The name of a picture in the document: its path from the model.
     fn name(&self, path: &Path, named: &Named) -> String {
         relative(path, self.uri_policy.folder).unwrap_or_else(|| named.file.clone())
     }

@@ -1,4 +1,5 @@
-//! What of a document is broken and means nothing, or can mean one thing alone.
+//! Broken parts of a document that do no harm: unused views that can't be read, and textures without an
+//! image that can.
 
 use serde_json::json;
 

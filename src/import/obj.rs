@@ -103,12 +103,12 @@ struct Key {
 struct Faces {
     key: Key,
     triangles: Vec<u32>,
-    /// What each vertex is made of, and the number of each vertex.
+    /// The corner that each vertex was made from; `vertices` is the inverse.
     corners: Vec<Corner>,
     vertices: FxHashMap<Corner, u32>,
 }
 
-/// What was read so far.
+/// The content read so far.
 #[derive(Debug, Default)]
 struct Reader {
     positions: Vec<[f64; 3]>,
@@ -340,7 +340,7 @@ fn smooth(
     }
 }
 
-/// What a corner names of a list.
+/// A corner's reference into a list: none, an index from 0, or a number out of range as written.
 enum Index {
     None,
     There(u32),

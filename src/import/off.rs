@@ -18,7 +18,7 @@ use crate::document::asset::Asset;
 use crate::error::{Error, Result};
 use crate::warning::Warnings;
 
-/// What vertices carry beside their positions.
+/// The attributes of vertices beside their positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Kind {
     uvs: bool,
@@ -66,7 +66,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<Asset> {
     Ok(document.into_asset())
 }
 
-/// What the first word says, and what follows it; `OFF` may be left out.
+/// Parses the keyword, as `STCNOFF`, into the attributes that it announces and the rest of its line; it
+/// may be left out.
 fn parse_header(line: Line<'_>) -> Result<(Kind, &str)> {
     let mut kind = Kind { uvs: false, colors: false, normals: false };
     let Some((prefix, rest)) = line.text.split_once("OFF") else {
@@ -87,7 +88,7 @@ fn parse_header(line: Line<'_>) -> Result<(Kind, &str)> {
     Ok((kind, rest))
 }
 
-/// What was read so far.
+/// The content read so far.
 struct Reader {
     kind: Kind,
     part: Part,

@@ -1,6 +1,6 @@
 //! The plain lists that a primitive is made of.
 
-/// What the vertices of a primitive carry; a list is empty where they do not.
+/// Positions and attributes of a primitive's vertices; the list of an attribute that they lack is empty.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Vertices {
     /// Not finite where no face is.

@@ -121,13 +121,13 @@ impl<'a> Line<'a> {
         Error::invalid(self.place(), what)
     }
 
-    /// What messages call it.
+    /// The line as messages name it.
     pub(super) fn place(self) -> String {
         format!("line {}", self.number)
     }
 }
 
-/// What is wrong with a position that is finite but too large, if it is.
+/// A message on a position with a finite coordinate beyond [`MAX_COORDINATE`], if it has one.
 pub(super) fn too_large(position: [f64; 3]) -> Option<String> {
     let is_large = |x: &&f64| x.is_finite() && x.abs() > MAX_COORDINATE;
     let large = position.iter().find(is_large)?;

@@ -12,7 +12,7 @@ use crate::image_file::encoded::ImageFormat;
 /// How bright kept texels are, of their own gray.
 const DIM: f32 = 0.4;
 
-/// What filled texels are tinted with, as a fill may itself be gray, and how much.
+/// Tint of filled texels, 8-bit sRGB, and its share; a tint, as a fill may itself be gray.
 const TINT: [f32; 3] = [255.0, 140.0, 0.0];
 const TINT_SHARE: f32 = 0.3;
 

@@ -49,7 +49,7 @@ use set::Shared;
 /// How a picture is read beyond its edges, as nothing tells otherwise.
 const WRAP: [Wrap; 2] = [Wrap::Repeat; 2];
 
-/// What a file is, whatever it is called.
+/// Kind of a file, told by its first bytes; an asset also by its name.
 enum Kind {
     Asset,
     Exr,
@@ -234,7 +234,7 @@ fn asset_image(asset: &Asset, repair: &ImageRepair, options: &RepairOptions) -> 
     report
 }
 
-/// What is to be said about the encoding of an asset's image that was repaired.
+/// Notes on the encoding of an asset's image that was repaired.
 fn encoding_notes(before: &EncodedImage, encoding: EncodeOptions) -> Vec<String> {
     let note = match before.format {
         encoded::ImageFormat::Png => png_widening(&before.bytes),
@@ -259,7 +259,7 @@ fn hidden_note(repaired: &Repaired) -> Option<String> {
     })
 }
 
-/// What is to be said about padding that was kept.
+/// The note on padding that was kept, if any was.
 fn padding_note(texels: usize) -> Option<String> {
     (texels > 0).then(|| format!("{texels} texels of its padding are kept"))
 }

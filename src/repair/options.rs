@@ -1,4 +1,4 @@
-//! What tells the valid texels of a picture, and what is done with them.
+//! Options of a repair.
 
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -11,7 +11,8 @@ use crate::error::{Error, Result};
 use crate::image_file::codec::EncodeOptions;
 use crate::import::options::ReadOptions;
 
-/// What tells the valid texels of a picture, and what they mean. An asset knows both by itself.
+/// Options of a repair. The mesh, the mask and the background tell the valid texels of a picture, and
+/// `role` their meaning; an asset knows both by itself.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RepairOptions {
     /// A mesh that uses the picture.
@@ -20,7 +21,7 @@ pub struct RepairOptions {
     pub mask: Option<PathBuf>,
     /// The background, around the charts.
     pub background: Background,
-    /// What the texels mean; if not given, [`Role::Normal`] where
+    /// Meaning of the texels; if not given, [`Role::Normal`] where
     /// [`is_normal_map`](seamwise_texture::is_normal_map) says so, else [`Role::Color`]. An EXR's
     /// channels are filled as they are stored, whatever they mean.
     pub role: Option<Role>,
@@ -34,7 +35,7 @@ pub struct RepairOptions {
     /// as the picture is halved; in an asset that of each `MASK` counts. See
     /// [`seamwise_texture::keep_coverage`].
     pub keep_coverage: Option<f32>,
-    /// What counts as read in the report.
+    /// The filtering and storage by which the report counts texels as read.
     pub footprint: Footprint,
     /// A .png to draw what was filled in; see [`repair_file`](super::repair_file).
     pub diff: Option<PathBuf>,
@@ -48,7 +49,7 @@ pub struct RepairOptions {
 }
 
 impl RepairOptions {
-    /// What of it is for the images of an asset.
+    /// The options for the images of an asset.
     pub(super) fn for_atlases(&self) -> AtlasOptions {
         let Self { reading, keep_padding, halvings, equalize, keep_coverage, .. } = *self;
         let keep_coverage = keep_coverage.is_some();

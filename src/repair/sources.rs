@@ -1,4 +1,4 @@
-//! What tells the valid texels of a picture: a mesh, a mask, a background.
+//! Sources of the valid texels of a picture: a mesh, a mask, a background.
 
 use std::path::PathBuf;
 
@@ -105,7 +105,7 @@ impl Sources {
         Some((self.mesh.as_ref().map_or(&[], |mesh| &mesh.seams), options.equalize?))
     }
 
-    /// What filtering inside the mesh's charts reads; nothing without a mesh.
+    /// Counts of the texels that filtering inside the mesh's charts reads; empty without a mesh.
     pub(super) fn reads(&self, validity: &Validity, footprint: Footprint) -> Reads {
         let count = |mesh: &MeshSource| mesh.charts.reads(validity, WRAP, footprint);
         self.mesh.as_ref().map_or(Reads::default(), count)

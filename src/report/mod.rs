@@ -43,7 +43,7 @@ pub struct BakeReport {
     pub files: Vec<String>,
     /// The source.
     pub input: InputReport,
-    /// What was left out, guessed or mended.
+    /// Warnings: things left out, guessed or mended.
     pub warnings: Warnings,
     /// The screen that the sizes of the levels are computed for.
     pub screen: Screen,
@@ -230,7 +230,7 @@ pub struct EvaluateReport {
     pub views: Vec<ViewReport>,
     /// The candidates, in the order they were given.
     pub candidates: Vec<CandidateReport>,
-    /// What was left out, guessed or mended in all of them, with the file.
+    /// Warnings: things left out, guessed or mended in any of the files, with the file.
     pub warnings: Warnings,
 }
 

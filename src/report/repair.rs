@@ -15,7 +15,7 @@ use crate::warning::Warnings;
 pub struct RepairReport {
     /// The images of an asset or the layers of an EXR in their order, or the one picture.
     pub images: Vec<ImageReport>,
-    /// What was left out, guessed or mended.
+    /// Warnings: things left out, guessed or mended.
     pub warnings: Warnings,
 }
 

@@ -10,8 +10,7 @@ use crate::import::part::{Part, Vertices};
 use crate::import::polygon::triangulate;
 use crate::warning::Warnings;
 
-/// What a vertex of a part is made of: its number in the file, and the bits of the UV and color of its
-/// corner.
+/// The key of a part's vertex: its number in the file, and the bits of the UV and color of its corner.
 type Corner = (u32, [u32; 2], [u32; 4]);
 
 /// The faces of each picture, and last those of none.
@@ -89,7 +88,7 @@ impl<'a> Parts<'a> {
         plain
     }
 
-    /// What is wrong with a face, if anything is.
+    /// A message on a face that names a vertex which is not there.
     fn fault(&self, face: &Face) -> Option<String> {
         let vertices = self.vertices.positions.len();
         let bad = face.corners.iter().find(|&&corner| corner as usize >= vertices)?;
