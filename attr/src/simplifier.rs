@@ -3,7 +3,7 @@
 use std::cmp::Reverse;
 use std::sync::atomic::AtomicUsize;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use rustc_hash::FxHashMap;
 
 use crate::chain::{Level, polish_chain, simplify_chain};
@@ -258,7 +258,7 @@ fn simplified(level: Level, welded: &Welded) -> Simplified {
 /// The diagonal of the bounding box of points, 0 if there are none.
 fn diagonal(positions: &[Vec3]) -> f64 {
     let finite = || positions.iter().filter(|p| p.is_finite()).map(|p| p.as_dvec3());
-    let (low, high) = (finite().reduce(|a, b| a.min(b)), finite().reduce(|a, b| a.max(b)));
+    let (low, high) = (finite().reduce(DVec3::min), finite().reduce(DVec3::max));
     low.zip(high).map_or(0.0, |(low, high)| low.distance(high))
 }
 
