@@ -124,7 +124,7 @@ mod tests {
             let (found, exact) = (curve.encode(linear), linear_to_srgb(linear));
             assert!((found - exact).abs() < 3e-6, "{linear}: {found} {exact}");
         }
-        assert_eq!([curve.encode(0.0), curve.encode(7.0)], [0.0, 1.0]);
+        assert_eq!([curve.encode(0.0), curve.encode(7.0)], [0.0, linear_to_srgb(1.0)]);
     }
 
     #[test]
