@@ -30,18 +30,12 @@ pub(super) struct View<'a> {
     pub(super) resolution: usize,
     /// One per vertex, in the camera's frame.
     points: Vec<DVec3>,
-    /// One per vertex: where it lies in the image, in samples from its top left corner. Of no meaning
-    /// where it is nearer than the camera sees.
-    places: Vec<DVec2>,
 }
 
 impl<'a> View<'a> {
     pub(super) fn new(scene: &'a Scene, camera: &'a Camera, resolution: usize) -> Self {
-        let points: Vec<DVec3> =
-            scene.positions.iter().map(|point| camera.to_view(*point)).collect();
-        let mut view = Self { scene, camera, resolution, points, places: Vec::new() };
-        view.places = view.points.iter().map(|point| view.place(*point)).collect();
-        view
+        let points = scene.positions.iter().map(|point| camera.to_view(*point)).collect();
+        Self { scene, camera, resolution, points }
     }
 
     /// Samples per axis.
@@ -234,8 +228,7 @@ fn bounds(view: &View<'_>, facet: &Facet) -> Option<[usize; 4]> {
     };
     let near = view.camera.near;
     if facet.corners.iter().all(|corner| corner.z >= near) {
-        let [a, b, c] = view.scene.triangles[facet.triangle];
-        [a, b, c].into_iter().for_each(|vertex| reach(view.places[vertex as usize]));
+        facet.corners.iter().for_each(|&corner| reach(view.place(corner)));
     } else {
         for slot in 0..3 {
             let (from, to) = (facet.corners[slot], facet.corners[(slot + 1) % 3]);

@@ -53,6 +53,7 @@ impl Output {
                 "EXT_of_tomorrow",
                 "EXT_structural_metadata",
                 "KHR_lights_punctual",
+                "KHR_materials_clearcoat",
                 "EXT_texture_webp",
                 "KHR_mesh_quantization",
                 "KHR_node_visibility",

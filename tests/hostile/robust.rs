@@ -243,7 +243,12 @@ fn accessors_past_the_end_are_named() {
                     value.clone()
                 };
                 let what = format!("{pointer} = {value}");
-                let error = victim.try_bake(&what, &patch_with(pointer, value)).expect_err(&what);
+                let tried = victim.try_bake(&what, &patch_with(pointer, value));
+                // A buffer may announce more than its views read.
+                if pointer == "/buffers/0/byteLength" && tried.is_ok() {
+                    continue;
+                }
+                let error = tried.expect_err(&what);
                 assert!(
                     error.contains("/accessors/")
                         || error.contains("/bufferViews/")
@@ -487,7 +492,8 @@ fn a_container_that_lies_about_its_lengths_is_refused() {
 #[test]
 fn uris_lead_nowhere_they_should_not() {
     let read = |uri: &str| {
-        let json = json!({"asset": {"version": "2.0"}, "buffers": [{"byteLength": 4, "uri": uri}]});
+        let json = json!({"asset": {"version": "2.0"}, "buffers": [{"byteLength": 4, "uri": uri}],
+            "bufferViews": [{"buffer": 0, "byteLength": 4}]});
         seamwise::import::read_bytes(json.to_string().as_bytes(), Path::new("/nonexistent"))
     };
     for uri in [
@@ -509,8 +515,8 @@ fn uris_lead_nowhere_they_should_not() {
 #[cfg(unix)]
 #[test]
 fn a_device_is_not_a_buffer() {
-    let json =
-        r#"{"asset": {"version": "2.0"}, "buffers": [{"byteLength": 4, "uri": "/dev/null"}]}"#;
+    let json = r#"{"asset": {"version": "2.0"}, "bufferViews": [{"buffer": 0, "byteLength": 4}],
+        "buffers": [{"byteLength": 4, "uri": "/dev/null"}]}"#;
     let error = seamwise::import::read_bytes(json.as_bytes(), Path::new(""));
     assert!(error.is_err());
 }

@@ -101,7 +101,7 @@ fn kinds() -> Vec<(&'static str, Vec<u8>, &'static str, &'static str)> {
                     json!({"buffer": 0, "byteOffset": 9, "byteLength": 1 << 30}),
                 );
             }),
-            "/bufferViews/4",
+            "/bufferViews/",
             "nothing uses it",
         ),
         (

@@ -71,7 +71,7 @@ fn a_level_keeps_the_sense_of_flipped_tangents_and_so_its_relief() {
     assert!(found.normal_degrees_rms < 1.1 * expected.normal_degrees_rms);
     // A relief that is turned over is lit from the other side, and that shows.
     let turned = difference(&grooved(-1.0), &grooved(1.0));
-    assert!(turned > 10.0 * found.rms_luminance, "{turned} {}", found.rms_luminance);
+    assert!(turned > 4.0 * found.rms_luminance, "{turned} {}", found.rms_luminance);
 }
 
 /// RMS luminance between two assets, measured as the levels are.

@@ -97,7 +97,8 @@ fn an_asset_in_its_own_place_keeps_every_image() {
 
     let mut alpha = noise.clone();
     let mut seen = alpha.base.to_rgba8();
-    seen.enumerate_pixels_mut().for_each(|(x, y, texel)| texel.0[3] = (x * 5 + y * 3) as u8);
+    seen.enumerate_pixels_mut()
+        .for_each(|(x, y, texel)| texel.0[3] = ((x * 5 + y * 3) % 255) as u8 + 1);
     alpha.base = seen.into();
     let mut own = Textured::new(&alpha, &json!({}));
     own.build.json["materials"][0]["alphaMode"] = json!("BLEND");
