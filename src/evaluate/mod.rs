@@ -281,7 +281,7 @@ fn peak_ratio(rms: f64) -> Option<f64> {
 /// ```
 ///
 /// # Errors
-/// [`Error::Invalid`](crate::error::Error::Invalid) if the reference has no surface to compare with, or an
+/// [`Error::Invalid`] if the reference has no surface to compare with, or an
 /// image of an asset is damaged.
 pub fn compare_assets(
     reference: &Asset,

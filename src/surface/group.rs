@@ -19,7 +19,7 @@ use crate::limit::MemoryLimit;
 /// Every surface of an asset, welded, in the order of their first meshes; none if it has no triangles.
 ///
 /// # Errors
-/// [`Error::Invalid`] if one can't be read, or all take more memory than `limit`.
+/// [`Error::Invalid`](crate::error::Error::Invalid) if one can't be read, or all take more memory than `limit`.
 pub fn weld_all(asset: &Asset, limit: MemoryLimit) -> Result<Vec<Geometry>> {
     check_size(asset, limit)?;
     let meshes = 0..asset.count("meshes");
