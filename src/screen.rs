@@ -94,6 +94,16 @@ impl Screen {
 /// whose largest size is not below it is chosen.
 ///
 /// `sizes` are those of [`Screen::largest_sizes`].
+///
+/// ```
+/// use seamwise::screen::{Screen, select_level};
+///
+/// // RMS distances of three levels, in diagonals of the source; they may be off by a pixel.
+/// let sizes = Screen::default().largest_sizes([0.001, 0.004, 0.02]);
+/// assert_eq!(sizes, [1000.0, 250.0, 50.0]);
+/// assert_eq!(select_level(&sizes, 300.0), 1);
+/// assert_eq!(select_level(&sizes, 40.0), 3);
+/// ```
 pub fn select_level(sizes: &[f64], pixels: f64) -> usize {
     sizes.iter().take_while(|&&size| pixels <= size).count()
 }

@@ -45,6 +45,18 @@ impl Display for Warning {
 }
 
 /// Warnings in the order of their first places.
+///
+/// ```
+/// use seamwise::warning::Warnings;
+///
+/// let mut warnings = Warnings::default();
+/// for line in [12, 40] {
+///     warnings.add(format_args!("line {line}"), "a UV that is not finite: it is taken for 0 0");
+/// }
+/// let line = warnings.iter().next().unwrap().to_string();
+/// assert_eq!(line, "a UV that is not finite: it is taken for 0 0, 2 times, first at line 12");
+/// assert!(warnings.refuse_if(true).is_err(), "--strict");
+/// ```
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(transparent)]
 pub struct Warnings {

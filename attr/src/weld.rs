@@ -30,6 +30,19 @@ pub struct Welded {
 /// own. Vertices that no triangle uses are left out. Points and wedges
 /// are numbered in the order in which the triangles first name them.
 ///
+/// ```
+/// use seamwise_attr::{Vertices, weld};
+///
+/// // Two triangles that a file keeps apart along the edge they share, since their UVs jump there.
+/// let positions = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]];
+/// let corners = [0, 1, 2, 2, 1, 3].map(|at| positions[at]);
+/// let uvs = [[0.0, 0.0], [0.4, 0.0], [0.0, 0.4], [0.6, 1.0], [1.0, 0.6], [1.0, 1.0]];
+/// let welded = weld(&Vertices::new(&corners, &[0, 1, 2, 3, 4, 5])?.with_uvs(&uvs)?)?;
+/// assert_eq!(welded.mesh.positions.len(), 4, "points");
+/// assert_eq!(welded.mesh.wedge_points.len(), 6, "wedges: the shared edge is a seam");
+/// # Ok::<(), seamwise_attr::Error>(())
+/// ```
+///
 /// # Errors
 /// [`Error::Invalid`] if an index is out of range or a used position or attribute is not finite.
 pub fn weld(vertices: &Vertices) -> Result<Welded> {

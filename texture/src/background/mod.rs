@@ -55,6 +55,21 @@ impl Background {
     ///
     /// `tolerance`: see [`Background::of_colors`]; that of the colors found may be larger, where a
     /// grain lies over them.
+    ///
+    /// ```
+    /// use seamwise_texture::Background;
+    /// use seamwise_texture::image::{DynamicImage, Rgb, RgbImage};
+    ///
+    /// // A blue chart on a checkerboard of gray and white.
+    /// let atlas = DynamicImage::ImageRgb8(RgbImage::from_fn(64, 64, |x, y| match (x, y) {
+    ///     (16..48, 16..48) => Rgb([20, 60, 200]),
+    ///     _ if (x / 8 + y / 8) % 2 == 0 => Rgb([255; 3]),
+    ///     _ => Rgb([192; 3]),
+    /// }));
+    /// let background = Background::detect(&atlas, 0.0).expect("two colors");
+    /// assert_eq!(background.colors().len(), 2);
+    /// assert_eq!(background.charts().valid(), 32 * 32);
+    /// ```
     pub fn detect(image: &DynamicImage, tolerance: f32) -> Option<Self> {
         let hidden = hidden_texels(image);
         let rgba = image.to_rgba32f();
