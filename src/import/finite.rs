@@ -20,7 +20,7 @@ pub(super) fn unit(normal: [f64; 3]) -> [f32; 3] {
     unit.filter(|_| normal.is_finite()).map_or([f32::NAN; 3], |unit| unit.as_vec3().to_array())
 }
 
-/// A UV, or 0 0 if it is not finite as floats.
+/// A UV as floats, unless it is not finite as such.
 pub(super) fn finite_uv(uv: [f64; 2]) -> Option<[f32; 2]> {
     let uv = uv.map(|x| x as f32);
     uv.iter().all(|x| x.is_finite()).then_some(uv)

@@ -26,7 +26,7 @@ pub(super) fn mend_views(asset: &mut Asset) {
 }
 
 /// Warns of textures that name no image that can be read.
-pub(super) fn mend_textures(asset: &mut Asset) {
+pub(super) fn warn_of_textures(asset: &mut Asset) {
     for index in 0..asset.count("textures") {
         let at = format!("/textures/{index}");
         // One that is malformed is an error where it is used.

@@ -38,7 +38,7 @@ use crate::limit::Budget;
 use crate::warning::Warnings;
 use check::{check_extensions, check_shape, check_version};
 use format::Format;
-use mend::{mend_textures, mend_views};
+use mend::{mend_views, warn_of_textures};
 use normals::mend_normals;
 use options::{ReadOptions, folder_of};
 use resources::{read_buffer, read_image};
@@ -141,7 +141,7 @@ fn read_document(bytes: &[u8], folder: &Path, options: ReadOptions) -> Result<As
     }
     mend_views(&mut asset);
     compression::expand(&mut asset, options.memory_limit)?;
-    mend_textures(&mut asset);
+    warn_of_textures(&mut asset);
     mend_normals(&mut asset, options.memory_limit)?;
     number_vertices(&mut asset);
     Ok(asset)

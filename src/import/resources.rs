@@ -1,6 +1,7 @@
 //! The bytes of a document's buffers and images, and which of them it needs.
 
 use std::collections::BTreeSet;
+use std::path::Path;
 
 use gltf::json;
 use image::DynamicImage;
@@ -15,7 +16,6 @@ use crate::document::references::used_views;
 use crate::error::{Error, Result};
 use crate::image_file::codec::encode;
 use crate::image_file::encoded::{EncodedImage, ImageFormat};
-use std::path::Path;
 
 /// Reads a buffer. One that can't be read is empty, and one that is short stays so, with a warning, if
 /// no view reads what is missing.

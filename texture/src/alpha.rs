@@ -169,7 +169,7 @@ where
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::repair::{Outcome, repair_hidden};
+    use crate::repair::{Outcome, fill};
     use crate::scale::scale_down;
     use crate::wrap::Wrap;
     use image::{Rgba, RgbaImage};
@@ -261,7 +261,7 @@ mod tests {
         let validity = Validity::from_flags(16, 16, valid);
         for role in [Role::Color, Role::Normal, Role::Data] {
             let mut after = DynamicImage::ImageRgba8(before.clone());
-            let outcome = repair_hidden(&mut after, role, &validity, [Wrap::Clamp; 2]).unwrap();
+            let outcome = fill(&mut after, role, &validity, [Wrap::Clamp; 2], true).unwrap();
             assert_eq!(outcome, Outcome { filled: 32, remaining: 0, hidden: 14 * 16 - 16 });
             for (x, y, &Rgba([r, g, b, a])) in after.to_rgba8().enumerate_pixels() {
                 let expected = before.get_pixel(x, y).0;
@@ -275,7 +275,7 @@ mod tests {
         // Nothing is seen: nothing to fill from.
         let mut unseen: DynamicImage = RgbaImage::new(2, 2).into();
         let all = Validity::from_flags(2, 2, vec![true; 4]);
-        let outcome = repair_hidden(&mut unseen, Role::Color, &all, [Wrap::Clamp; 2]).unwrap();
+        let outcome = fill(&mut unseen, Role::Color, &all, [Wrap::Clamp; 2], true).unwrap();
         assert_eq!(outcome, Outcome::default());
     }
 

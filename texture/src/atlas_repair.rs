@@ -8,7 +8,7 @@ use crate::alpha::{alpha_coverage, keep_coverage};
 use crate::equalize::{self, Equalized, Seam};
 use crate::error::Result;
 use crate::padding::keep_padding;
-use crate::repair::{Outcome, repair, repair_hidden};
+use crate::repair::{Outcome, fill};
 use crate::role::Role;
 use crate::scale::scale_down;
 use crate::validity::Validity;
@@ -116,8 +116,8 @@ impl<'a> Repair<'a> {
         Self { cutoff, ..self }
     }
 
-    /// Whether the colors of valid texels of alpha 0 are filled too: see
-    /// [`repair_hidden`](fn@repair_hidden).
+    /// Whether the colors of valid texels of alpha 0 are filled too, from those that are seen and whatever
+    /// the role: for images whose alpha says how much of a texel is there, and nothing else.
     #[must_use]
     pub fn fill_hidden(self, fills_hidden: bool) -> Self {
         Self { fills_hidden, ..self }
@@ -134,13 +134,12 @@ impl<'a> Repair<'a> {
     ///
     /// # Errors
     /// [`Error::Invalid`](crate::Error::Invalid) if `validity` has another size than `image`, or the image
-    /// is of a kind that [`repair`](fn@repair) does not know.
+    /// is of a kind that [`repair`](fn@crate::repair) does not know.
     pub fn run(&self, image: &mut DynamicImage, validity: &mut Validity) -> Result<RepairSummary> {
         let Self { role, wrap, .. } = *self;
         let padding = keep_padding(image, role, validity, wrap, self.rings)?;
         let coverage = if self.halvings > 0 { self.scale(image, validity)? } else { None };
-        let fill = if self.fills_hidden { repair_hidden } else { repair };
-        let outcome = fill(image, role, validity, wrap)?;
+        let outcome = fill(image, role, validity, wrap, self.fills_hidden)?;
         let equalize =
             |options| equalize::equalize(image, role, validity, wrap, self.seams, options);
         let equalized = self.equalize.map(equalize).transpose()?;

@@ -30,7 +30,7 @@
 //!
 //! [`repair`](fn@repair) does this in the space where averages mean something: linear light for
 //! colors, vectors for normals. So does [`scale_down`], which makes an image smaller from valid
-//! texels alone. Where alpha cuts leaves out, [`repair_hidden`] fills colors under alpha 0 too, and
+//! texels alone. Where alpha cuts leaves out, [`Repair::fill_hidden`] fills colors under alpha 0 too, and
 //! [`keep_coverage`] keeps leaves from thinning out as they are scaled.
 //!
 //! # Seams
@@ -94,7 +94,7 @@ pub use pyramid::{TexelRole, fill_holes};
 pub use raster::{Texel, UvTriangle, Window, to_texels};
 pub use reads::{Footprint, MipReads, count_reads};
 pub use repack::{RepackOptions, Repacked, UvMesh, padding_for_mips, repack};
-pub use repair::{Outcome, repair, repair_hidden};
+pub use repair::{Outcome, repair};
 pub use role::Role;
 pub use scale::scale_down;
 pub use sharing::charts_share_from;

@@ -3,13 +3,15 @@
 //! Averages are taken where averaging is meant: colors in linear light, normals as vectors that
 //! are scaled back to length 1, everything else as stored. Alpha is filled on its own, and a texel
 //! that nobody sees, of alpha 0 in a color image, does not lend its color to others. Filters read its
-//! color all the same: white under alpha 0 is a halo around a leaf. [`repair_hidden`] fills it too.
+//! color all the same: white under alpha 0 is a halo around a leaf. [`Repair::fill_hidden`] fills it too.
 //!
-//! Guaranteed: samples of valid texels are not written, but for colors that [`repair_hidden`] is to
+//! Guaranteed: samples of valid texels are not written, but for colors that [`Repair::fill_hidden`] is to
 //! fill, so they keep their bits in 8-bit, 16-bit and float images; alpha of a valid texel never is.
 //! Only a NaN or an infinity is invalid whatever the mask says. A filled value is
 //! rounded to the nearest sample. Not guaranteed: texture detail. The fill is smooth on purpose:
 //! mip maps and filters read it, nobody looks at it.
+//!
+//! [`Repair::fill_hidden`]: crate::Repair::fill_hidden
 
 use image::{DynamicImage, ImageBuffer, Pixel};
 use rayon::prelude::*;
@@ -47,24 +49,23 @@ pub fn repair(
     validity: &Validity,
     wrap: [Wrap; 2],
 ) -> Result<Outcome> {
-    validity.expect_size_of(image)?;
-    let job = Job { role, validity, wrap, fills_hidden: false };
-    with_buffer!(image, buffer => job.run(buffer))
+    fill(image, role, validity, wrap, false)
 }
 
-/// As [`repair`], and fills the colors of valid texels of alpha 0 from those that are seen, whatever
-/// the role. For images whose alpha says how much of a texel is there, and nothing else.
+/// As [`repair`], and with `fills_hidden` fills the colors of valid texels of alpha 0 from those that are
+/// seen, whatever the role: for images whose alpha says how much of a texel is there, and nothing else.
 ///
 /// # Errors
 /// As [`repair`].
-pub fn repair_hidden(
+pub(crate) fn fill(
     image: &mut DynamicImage,
     role: Role,
     validity: &Validity,
     wrap: [Wrap; 2],
+    fills_hidden: bool,
 ) -> Result<Outcome> {
     validity.expect_size_of(image)?;
-    let job = Job { role, validity, wrap, fills_hidden: true };
+    let job = Job { role, validity, wrap, fills_hidden };
     with_buffer!(image, buffer => job.run(buffer))
 }
 
