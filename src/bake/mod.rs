@@ -14,7 +14,6 @@ use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use rayon::prelude::*;
-use seamwise_attr::Level;
 
 use crate::atlas::{ImageRepair, encode_repaired, repair_all};
 use crate::document::asset::Asset;
@@ -26,6 +25,7 @@ use crate::export::disk::{refuse_overwriting, write_recorded};
 use crate::export::document::level_asset;
 use crate::image_file::codec::EncodeOptions;
 use crate::image_file::encoded::EncodedImage;
+use crate::level::lods::Lods;
 use crate::level::textures::LevelTextures;
 use crate::level::{AssetLevel, LevelAssembly};
 use crate::progress::Progress;
@@ -191,6 +191,7 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
         let run = || polish_all(&geometries, &mut chains, &steering, polish, progress);
         clock.time("polish", |s| &mut s.polish, run)?;
     }
+    let mut lods = Lods::from_chains(chains, options.targets.count())?;
     let repairs = clock.time("repair", |s| &mut s.repair, || repair_images(&asset, options))?;
     let images =
         clock.time("repair", |s| &mut s.repair, || finish_images(&asset, repairs.as_deref()))?;
@@ -199,12 +200,12 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
             let (surfaces, screen) = (&geometries[..], options.screen);
             let (images, limit) = (&images[..], options.reading.memory_limit);
             let origin = Origin { asset: &asset, surfaces, repairs, images, screen, limit };
-            let run = || own_textures(&origin, &mut chains, &transfer, progress);
+            let run = || own_textures(&origin, &mut lods, &transfer, progress);
             clock.time("transfer", |s| &mut s.transfer, run)?
         }
         _ => {
             let shared = LevelTextures::shared(&images, &geometries);
-            (vec![shared; options.targets.count()], Vec::new())
+            (vec![shared; lods.count()], Vec::new())
         }
     };
     let mut extras = Extras::default();
@@ -212,7 +213,7 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
         let draw = || draw_atlases(&asset, &repairs, options.reading.memory_limit);
         extras.atlases = clock.time("report", |s| &mut s.report, draw)?;
     }
-    let assembly = LevelAssembly { asset: &asset, geometries: &geometries, chains: &chains };
+    let assembly = LevelAssembly { asset: &asset, geometries: &geometries, lods: &lods };
     let assemble = || assembly.assemble(textures, options.output.quantizes());
     let assembled = clock.time("write", |s| &mut s.write, assemble)?;
     let levels = clock.time("write", |s| &mut s.write, || level_assets(&asset, &assembled))?;
@@ -236,7 +237,7 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
         options.output.encode(&input.stem(), &documents)
     };
     let files = clock.time("write", |s| &mut s.write, encode)?;
-    let levels = level_reports(&asset, &assembled, &chains, &steering, options, measured.as_ref());
+    let levels = level_reports(&asset, &assembled, &lods, &steering, options, measured.as_ref());
     let input_report = input_report(input, &geometries);
     input.warn_of_name(&mut warnings);
     warn_of_whole_levels(&levels, input_report.triangles, &options.targets, &mut warnings);
@@ -250,7 +251,7 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
         warnings,
         screen: options.screen,
         levels,
-        meshes: mesh_reports(&asset, &geometries, &chains),
+        meshes: mesh_reports(&asset, &geometries, &lods),
         materials,
         seconds: clock.seconds,
         peak_memory_bytes: peak_memory(),
@@ -281,17 +282,17 @@ impl Clock<'_> {
 }
 
 /// Textures of each level's own, and what became of those of each material. Where charts are laid out
-/// anew, the levels of `chains` are.
+/// anew, `lods` are as well.
 fn own_textures(
     origin: &Origin<'_>,
-    chains: &mut Vec<Vec<Level>>,
+    lods: &mut Lods,
     options: &TransferOptions,
     progress: &Progress,
 ) -> Result<(Vec<LevelTextures>, Vec<MaterialTextures>)> {
     let plan = Plan::new(origin.asset, origin.surfaces, options.atlas)?;
-    let (textures, repacked) = transfer_all(origin, &plan, chains, options, progress)?;
+    let (textures, repacked) = transfer_all(origin, &plan, lods, options, progress)?;
     if let Some(repacked) = repacked {
-        *chains = repacked;
+        *lods = repacked;
     }
     Ok((textures, plan.outcomes(origin.asset)?))
 }

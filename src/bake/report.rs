@@ -1,6 +1,6 @@
 //! The report of a bake on its source and its levels.
 
-use seamwise_attr::{Level, Stop};
+use seamwise_attr::Stop;
 
 use super::input::Input;
 use super::options::{BakeOptions, BudgetPer};
@@ -8,6 +8,7 @@ use super::simplify::triangle_count;
 use super::steering::MeshSteering;
 use crate::document::asset::Asset;
 use crate::export::bundle::Measured;
+use crate::level::lods::Lods;
 use crate::level::{AssetLevel, LevelMesh};
 use crate::report::{FarthestPart, InputReport, LevelReport};
 use crate::surface::geometry::Geometry;
@@ -38,7 +39,7 @@ fn explain(stop: Stop) -> String {
 pub(crate) fn level_reports(
     asset: &Asset,
     assembled: &[AssetLevel<'_>],
-    chains: &[Vec<Level>],
+    lods: &Lods,
     steering: &[MeshSteering],
     options: &BakeOptions,
     measured: Option<&Measured>,
@@ -49,7 +50,7 @@ pub(crate) fn level_reports(
     let sizes = measured.map(|measured| options.screen.largest_sizes(measured.distances()));
     let counts = options.targets.counts(total);
     let report = |(index, share): (usize, &f64)| {
-        let levels = || chains.iter().map(|chain| &chain[index]);
+        let levels = || lods.level(index).iter();
         let target = match options.budget_per {
             BudgetPer::Mesh => levels().map(|level| level.target).sum(),
             BudgetPer::Scene => counts[index],
@@ -68,7 +69,7 @@ pub(crate) fn level_reports(
             draw_calls: assembled[index].meshes.iter().map(LevelMesh::draw_calls).sum(),
             texture_bytes: assembled[index].textures.bytes(),
             reached: stopped.is_empty(),
-            why: stopped.first().map(|&stop| match chains.len() {
+            why: stopped.first().map(|&stop| match lods.level(index).len() {
                 1 => explain(stop),
                 surfaces => {
                     format!("in {} of {surfaces} surfaces {}", stopped.len(), explain(stop))

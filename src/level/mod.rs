@@ -1,6 +1,7 @@
 //! A level of detail as primitives: what a simplified surface becomes before any document holds it.
 
 mod join;
+pub(crate) mod lods;
 pub(crate) mod part;
 pub(crate) mod primitives;
 pub(crate) mod quantize;
@@ -15,6 +16,7 @@ use seamwise_attr::Level;
 use crate::document::asset::Asset;
 use crate::error::Result;
 use crate::surface::geometry::Geometry;
+use lods::Lods;
 use part::LevelPart;
 use primitives::level_parts;
 use quantize::{Grid, may_scale, quantize};
@@ -78,8 +80,7 @@ pub struct AssetLevel<'a> {
 pub(crate) struct LevelAssembly<'a> {
     pub(crate) asset: &'a Asset,
     pub(crate) geometries: &'a [Geometry],
-    /// One per surface.
-    pub(crate) chains: &'a [Vec<Level>],
+    pub(crate) lods: &'a Lods,
 }
 
 impl<'a> LevelAssembly<'a> {
@@ -89,17 +90,17 @@ impl<'a> LevelAssembly<'a> {
         textures: Vec<LevelTextures>,
         compress: bool,
     ) -> Result<Vec<AssetLevel<'a>>> {
-        let assemble = |(level, textures): (usize, LevelTextures)| {
-            let surfaces = self.geometries.par_iter().zip(self.chains).zip(&textures.parts);
-            let meshes = surfaces.map(|((geometry, chain), textures)| {
-                let mut mesh = LevelMesh::new(geometry, &chain[level], textures)?;
+        let assemble = |(level, textures): (&[Level], LevelTextures)| {
+            let surfaces = self.geometries.par_iter().zip(level).zip(&textures.parts);
+            let meshes = surfaces.map(|((geometry, level), textures)| {
+                let mut mesh = LevelMesh::new(geometry, level, textures)?;
                 if compress {
-                    mesh.quantize(chain[level].error, may_scale(self.asset, geometry)?);
+                    mesh.quantize(level.error, may_scale(self.asset, geometry)?);
                 }
                 Ok(mesh)
             });
             Ok(AssetLevel { meshes: meshes.collect::<Result<_>>()?, textures })
         };
-        textures.into_iter().enumerate().map(assemble).collect()
+        self.lods.levels().zip(textures).map(assemble).collect()
     }
 }

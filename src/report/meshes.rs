@@ -1,10 +1,11 @@
 //! Triangles of each mesh.
 
-use seamwise_attr::{Level, Mesh};
+use seamwise_attr::Mesh;
 use serde::Serialize;
 
 use super::table::align;
 use crate::document::asset::Asset;
+use crate::level::lods::Lods;
 use crate::surface::geometry::Geometry;
 
 /// Meshes that the table has room for; all of them are in the JSON.
@@ -25,15 +26,11 @@ pub struct MeshReport {
 }
 
 /// Every mesh with triangles, in order. None if it is but one.
-pub(crate) fn mesh_reports(
-    asset: &Asset,
-    geometries: &[Geometry],
-    chains: &[Vec<Level>],
-) -> Vec<MeshReport> {
-    let of_surface = |(geometry, chain): (&Geometry, &Vec<Level>)| {
+pub(crate) fn mesh_reports(asset: &Asset, geometries: &[Geometry], lods: &Lods) -> Vec<MeshReport> {
+    let of_surface = |(surface, geometry): (usize, &Geometry)| {
         let source = mesh_triangles(geometry, &geometry.welded.mesh);
         let levels: Vec<Vec<usize>> =
-            chain.iter().map(|level| mesh_triangles(geometry, &level.mesh)).collect();
+            lods.of_surface(surface).map(|level| mesh_triangles(geometry, &level.mesh)).collect();
         let report = |(at, &mesh): (usize, &usize)| MeshReport {
             mesh,
             name: asset.json["meshes"][mesh]["name"].as_str().map(str::to_owned),
@@ -42,7 +39,7 @@ pub(crate) fn mesh_reports(
         };
         geometry.meshes.iter().enumerate().map(report).collect::<Vec<_>>()
     };
-    let mut reports: Vec<MeshReport> = geometries.iter().zip(chains).flat_map(of_surface).collect();
+    let mut reports: Vec<MeshReport> = geometries.iter().enumerate().flat_map(of_surface).collect();
     reports.sort_by_key(|report| report.mesh);
     if reports.len() > 1 { reports } else { Vec::new() }
 }

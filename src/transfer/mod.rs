@@ -27,12 +27,13 @@ mod sizes;
 use std::sync::atomic::AtomicUsize;
 
 use rayon::prelude::*;
-use seamwise_attr::{Level, Mesh};
+use seamwise_attr::Mesh;
 use seamwise_texture::transfer::{Pair, Source};
 
 use crate::document::material::materials_of;
 use crate::document::prune::Leftovers;
 use crate::error::{Error, Result};
+use crate::level::lods::Lods;
 use crate::level::textures::LevelTextures;
 use crate::progress::Progress;
 use crate::surface::geometry::Geometry;
@@ -57,8 +58,8 @@ const LEVELS: usize = 2;
 /// before it is made.
 const ATTEMPTS: usize = 8;
 
-/// Makes the textures of all levels; `chains` has those of each surface. Where charts are laid out
-/// anew, the levels in their new layout as well.
+/// Makes the textures of all levels. Where charts are laid out anew, the levels in their new layout
+/// as well.
 ///
 /// # Errors
 /// [`Error::Invalid`] if an image is damaged or takes more memory than the limit; [`Error::Options`]
@@ -66,33 +67,30 @@ const ATTEMPTS: usize = 8;
 pub(crate) fn transfer_all(
     origin: &Origin<'_>,
     plan: &Plan,
-    chains: &[Vec<Level>],
+    lods: &Lods,
     options: &TransferOptions,
     progress: &Progress,
-) -> Result<(Vec<LevelTextures>, Option<Chains>)> {
+) -> Result<(Vec<LevelTextures>, Option<Lods>)> {
     let Origin { asset, surfaces, .. } = *origin;
     let tags = source_tags(asset, surfaces, &plan.source_sets(surfaces))?;
     let sources = sources(surfaces, &tags);
-    let meshes = meshes_by_level(chains);
+    let meshes = lods.meshes();
     let distances: Vec<Vec<f32>> = meshes.iter().map(|level| distances(&sources, level)).collect();
     let texel_density = TexelDensity::new(asset, surfaces, &distances, &origin.screen)?;
     let sheets = sheets(origin, plan, options)?;
     let mut sizes = first_sizes(&sheets, &texel_density, surfaces, options.sizes);
-    let repacked = relay_all(&sheets, &mut sizes, chains, (&texel_density, surfaces))?;
-    let level_meshes = meshes_by_level(repacked.as_deref().unwrap_or(chains));
+    let repacked = repack_all(&sheets, &mut sizes, lods, (&texel_density, surfaces))?;
+    let level_meshes = repacked.as_ref().unwrap_or(lods).meshes();
     let sets = plan.level_sets(surfaces, |_| options.bake_normals != BakeNormals::Off);
-    let tags: Vec<Vec<Tags>> = (0..level_meshes.len())
-        .map(|level| {
-            let levels: Vec<&Level> = chains.iter().map(|chain| &chain[level]).collect();
-            level_tags(surfaces, &levels, &level_meshes[level], &sets)
-        })
+    let tags: Vec<Vec<Tags>> = lods
+        .levels()
+        .zip(&level_meshes)
+        .map(|(level, meshes)| level_tags(surfaces, level, meshes, &sets))
         .collect::<Result<_>>()?;
-    let levels = (0..level_meshes.len())
-        .map(|level| LevelSurfaces {
-            meshes: level_meshes[level].clone(),
-            pairs: pairs(&sources, &meshes[level], &tags[level]),
-        })
-        .collect();
+    let pairs = meshes.iter().zip(&tags).map(|(meshes, tags)| pairs(&sources, meshes, tags));
+    let levels =
+        level_meshes.into_iter().zip(pairs).map(|(meshes, pairs)| LevelSurfaces { meshes, pairs });
+    let levels = levels.collect();
     let maker = TextureMaker { origin, texel_density, sheets, levels, options, progress };
     let textures = maker.assign(plan, maker.run(&sizes)?)?;
     Ok((textures, repacked))
@@ -106,13 +104,6 @@ fn pairs<'a>(sources: &'a [Source<'a>], meshes: &[&'a Mesh], tags: &'a [Tags]) -
 
 /// Width and height of the images of each sheet, level by level.
 type SheetSizes = Vec<Vec<[usize; 2]>>;
-
-/// The meshes of each level, one per surface.
-fn meshes_by_level(chains: &[Vec<Level>]) -> Vec<Vec<&Mesh>> {
-    let count = chains.first().map_or(0, Vec::len);
-    let of = |level: usize| chains.iter().map(|chain| &chain[level].mesh).collect();
-    (0..count).map(of).collect()
-}
 
 /// RMS distance of each surface of a level.
 fn distances(sources: &[Source<'_>], meshes: &[&Mesh]) -> Vec<f32> {
@@ -139,23 +130,20 @@ fn first_sizes(
     sheets.iter().map(of).collect()
 }
 
-/// The levels of each surface.
-type Chains = Vec<Vec<Level>>;
-
 /// The levels with the charts of new layouts in their places; `None` if there are no such layouts.
 /// Sizes grow where an atlas would not hold all charts.
-fn relay_all(
+fn repack_all(
     sheets: &[Sheet<'_>],
     sizes: &mut SheetSizes,
-    chains: &[Vec<Level>],
+    lods: &Lods,
     (texel_density, sources): (&TexelDensity, &[Geometry]),
-) -> Result<Option<Chains>> {
+) -> Result<Option<Lods>> {
     if !sheets.iter().any(|sheet| sheet.layout.is_new) {
         return Ok(None);
     }
-    let mut repacked = vec![Vec::new(); chains.len()];
-    for level in 0..texel_density.levels() {
-        let mut surfaces: Vec<Level> = chains.iter().map(|chain| chain[level].clone()).collect();
+    let mut repacked = Vec::with_capacity(lods.count());
+    for (level, surfaces) in lods.levels().enumerate() {
+        let mut surfaces = surfaces.to_vec();
         let layouts = sheets.chunk_by(|a, b| std::ptr::eq(a.layout, b.layout));
         let mut sizes = sizes.iter_mut();
         for own in layouts {
@@ -171,9 +159,9 @@ fn relay_all(
                 sizes[level] = sizes[level].map(|side| side * times);
             }
         }
-        repacked.iter_mut().zip(surfaces).for_each(|(chain, level)| chain.push(level));
+        repacked.push(surfaces);
     }
-    Ok(Some(repacked))
+    Ok(Some(Lods::new(repacked)))
 }
 
 /// The input of all images of all levels.

@@ -40,12 +40,12 @@ pub(super) fn source_tags(
 /// The tags of a level of each surface. `laid_out` are the same levels in their final layout.
 pub(super) fn level_tags(
     surfaces: &[Geometry],
-    levels: &[&Level],
+    levels: &[Level],
     laid_out: &[&Mesh],
     sets: &[Sets],
 ) -> Result<Vec<Tags>> {
     let of = |index: usize| {
-        let (level, charts) = (levels[index], wedge_charts(&surfaces[index].welded.mesh));
+        let (level, charts) = (&levels[index], wedge_charts(&surfaces[index].welded.mesh));
         let chart = |wedges: &[WedgeId; 3]| charts[level.wedge_sources[wedges[0].index()].index()];
         let charts = level.mesh.triangles.iter().map(chart).collect();
         Ok(Tags { tangents: mesh_tangents(laid_out[index], &sets[index])?, charts })
