@@ -24,6 +24,7 @@ fn main() -> ExitCode {
         cli::Command::Evaluate(args) => commands::evaluate(args, cli.common),
         cli::Command::Select(args) => commands::select(args),
         cli::Command::Inspect(args) => commands::inspect(args, cli.common),
+        cli::Command::View(args) => commands::view(args, cli.common),
     };
     match result {
         Ok(0) => ExitCode::SUCCESS,

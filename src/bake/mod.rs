@@ -8,6 +8,7 @@ mod report;
 mod simplify;
 pub mod steering;
 mod unsimplified;
+mod view;
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
@@ -42,6 +43,7 @@ use options::{BakeOptions, Textures};
 use report::{input_report, level_reports};
 use simplify::{polish_all, simplify_all};
 use unsimplified::{Surfaces, warn_of_whole_levels};
+use view::view_all;
 
 /// Bakes the levels of one asset into `folder`: `<stem>_lod1.glb` and so on, `<stem>.glb` with all
 /// of them, or what `options.output` has instead; `<stem>.json` with what was measured, and `<stem>.html` with the same in charts and
@@ -229,6 +231,8 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
         extras.gallery = Some(clock.time("report", |s| &mut s.report, draw)?);
         let draw = || draw_level_textures(&levels, &images, options.reading.memory_limit);
         extras.level_textures = clock.time("report", |s| &mut s.report, draw)?;
+        let view = || view_all(&asset, &levels, input, options, measured.as_ref());
+        extras.viewer = Some(clock.time("report", |s| &mut s.report, view)?);
     }
     let encode = || {
         let BakeOptions { output, screen, .. } = *options;

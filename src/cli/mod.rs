@@ -7,6 +7,7 @@ mod outside;
 mod repair;
 mod steering;
 mod textures;
+mod view;
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -29,6 +30,7 @@ use seamwise::screen::Screen;
 use seamwise_attr::{Placement, Polish};
 use steering::SteeringArgs;
 use textures::TextureArgs;
+pub(crate) use view::ViewArgs;
 
 /// Levels of detail for textured glTF that still look like the original, and atlases that do not
 /// bleed.
@@ -58,6 +60,8 @@ pub(crate) enum Command {
     Inspect(InspectArgs),
     /// Say which level to show at a size on screen.
     Select(SelectArgs),
+    /// Write a page that shows a model and its levels, to be turned and compared.
+    View(ViewArgs),
 }
 
 /// `seamwise bake`.

@@ -7,9 +7,11 @@ mod evaluate;
 mod inspect;
 mod repair;
 mod select;
+mod view;
 
 pub(crate) use bake::bake;
 pub(crate) use evaluate::evaluate;
 pub(crate) use inspect::inspect;
 pub(crate) use repair::repair;
 pub(crate) use select::select;
+pub(crate) use view::view;

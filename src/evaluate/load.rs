@@ -113,7 +113,7 @@ pub fn load(asset: &Asset, cache: &mut TextureCache) -> Result<Scene> {
 
 /// The place that all coordinates of an asset are counted from (`CESIUM_RTC`): the world's origin unless it
 /// says otherwise.
-fn center(asset: &Asset) -> DVec3 {
+pub(crate) fn center(asset: &Asset) -> DVec3 {
     let center = asset.json.pointer("/extensions/CESIUM_RTC/center").cloned();
     let center = center.and_then(|center| serde_json::from_value::<[f64; 3]>(center).ok());
     center.map_or(DVec3::ZERO, DVec3::from)

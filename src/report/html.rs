@@ -1,4 +1,5 @@
-//! A report as one HTML page that needs nothing but itself: no script, no font, no network.
+//! A report as one HTML page that needs nothing but itself: no font, no network, no script but that of
+//! the interactive view, without which it can be read as well.
 //!
 //! Guaranteed: the same report makes the same bytes; what a run costs (times and memory) is in the
 //! one section `id="cost"`. Text from files is escaped.
@@ -13,6 +14,7 @@ use super::pictures::{AtlasPicture, AtlasPictures, Gallery, Picture};
 use super::table::{COLUMNS, header};
 use super::threads::ThreadTime;
 use super::ticks::grouped;
+use super::viewer::{self, Viewer};
 use super::{BakeReport, CandidateReport, EvaluateReport, Seconds};
 use crate::error::{Error, Result};
 use crate::evaluate::Metrics;
@@ -23,6 +25,8 @@ use crate::warning::Warnings;
 /// Additions to the page of a bake beyond its report.
 #[derive(Default)]
 pub struct Extras {
+    /// The source and the levels, to be turned.
+    pub viewer: Option<Viewer>,
     /// The source and the levels.
     pub gallery: Option<Gallery>,
     /// The atlases, if they were repaired.
@@ -39,6 +43,9 @@ struct Page<'a> {
     title: String,
     facts: Vec<String>,
     version: &'static str,
+    base_style: &'static str,
+    viewer_style: &'static str,
+    viewer: String,
     header: [String; COLUMNS],
     rows: Vec<Row>,
     warnings: Vec<String>,
@@ -122,8 +129,11 @@ pub fn bake_page(report: &BakeReport, extras: &Extras) -> Result<String> {
     let measured: Vec<_> = measured.collect();
     let names = std::iter::once(("source".to_owned(), input.triangles))
         .chain(levels().map(|(index, level)| (format!("level {}", index + 1), level.triangles)));
+    let viewer = extras.viewer.as_ref().map(Viewer::to_html).transpose()?;
     render(&Page {
         title: file_name(&input.file),
+        viewer_style: if viewer.is_some() { viewer::STYLE } else { "" },
+        viewer: viewer.unwrap_or_default(),
         facts: vec![
             format!("{} triangles", grouped(input.triangles)),
             counted(report.levels.len(), "level"),
@@ -221,6 +231,9 @@ impl<'a> Page<'a> {
             title: String::new(),
             facts: Vec::new(),
             version: env!("CARGO_PKG_VERSION"),
+            base_style: viewer::BASE_STYLE,
+            viewer_style: "",
+            viewer: String::new(),
             header: header(""),
             rows: Vec::new(),
             warnings: Vec::new(),

@@ -12,6 +12,7 @@ pub mod repair;
 mod table;
 pub(crate) mod threads;
 mod ticks;
+pub mod viewer;
 
 use glam::DVec3;
 use serde::Serialize;

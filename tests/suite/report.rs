@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::common::assets::{cube, picture, textured};
+use crate::common::output::Output;
 use crate::common::{Baked, measured, shapes};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -33,7 +34,9 @@ fn attributes<'a>(page: &'a str, name: &str) -> Vec<&'a str> {
 
 /// Fails if the page reads anything but itself, or a picture in it is none.
 fn assert_self_contained(page: &str, pictures: usize) {
-    for beyond in ["http:", "https:", "url(", "@import", "<script", "<iframe", "srcset"] {
+    for beyond in
+        ["http:", "https:", "url(", "@import", "<script src", "<iframe", "srcset", "import("]
+    {
         assert!(!page.contains(beyond), "{beyond}");
     }
     assert_eq!(attributes(page, "href"), ["data:,"]);
@@ -63,6 +66,70 @@ fn the_page_of_a_bake_holds_all_it_shows() {
     }
     for part in ["<svg", "RMS distance", "Silhouette overlap", "Atlases", "simplify"] {
         assert!(page.contains(part), "{part}");
+    }
+}
+
+/// The bytes of an element that holds them in base64.
+fn embedded(page: &str, id: &str) -> Vec<u8> {
+    let opening = format!("<script type=\"text/plain\" id=\"{id}\">");
+    let (_, rest) = page.split_once(&opening).expect("the element");
+    STANDARD.decode(rest.split('<').next().expect("its text")).expect("base64")
+}
+
+/// What the page tells its interactive view.
+fn view_config(page: &str) -> serde_json::Value {
+    let opening = "<script type=\"application/json\" id=\"viewer-config\">";
+    let (_, rest) = page.split_once(opening).expect("the element");
+    serde_json::from_str(rest.split('<').next().expect("its text")).expect("JSON")
+}
+
+#[test]
+fn the_view_holds_the_source_and_the_levels_with_their_sizes_and_each_image_once() {
+    let (baked, page) = bake_cube("cube");
+    let config = view_config(&page);
+    let models = config["models"].as_array().expect("models");
+    assert_eq!(models.len(), 5);
+    let triangles = std::iter::once(baked.report.input.triangles)
+        .chain(baked.report.levels.iter().map(|level| level.triangles));
+    for ((index, model), triangles) in models.iter().enumerate().zip(triangles) {
+        let glb = embedded(&page, &format!("model-{index}"));
+        let gltf = gltf::Gltf::from_slice_without_validation(&glb).expect("a .glb");
+        let primitives = gltf.meshes().flat_map(|mesh| mesh.primitives().collect::<Vec<_>>());
+        let corners: usize = primitives.map(|own| own.indices().expect("indices").count()).sum();
+        assert_eq!(corners, 3 * triangles, "level {index}");
+        assert_eq!(gltf.skins().count() + gltf.animations().count(), 0);
+        let size = &model["certificate"]["largest_size_pixels"];
+        assert_eq!(
+            size.as_f64(),
+            index.checked_sub(1).and_then(|at| { baked.report.levels[at].largest_size_pixels })
+        );
+    }
+    // The source's image, and the repaired one that all levels share.
+    assert_eq!(config["images"].as_array().map(Vec::len), Some(2));
+    assert_eq!(models[1]["images"], models[4]["images"]);
+    let first = &models[0]["images"][0];
+    let source = Output::from_bytes(&cube(6).glb(), "cube");
+    assert_eq!(embedded(&page, &format!("image-{first}")), source.image_bytes(0));
+}
+
+#[test]
+fn the_view_colors_the_source_by_its_distance_to_each_level() {
+    let (_, page) = bake_cube("cube");
+    let config = view_config(&page);
+    let glb = embedded(&page, "model-0");
+    let gltf = gltf::Gltf::from_slice_without_validation(&glb).expect("a .glb");
+    let primitive = gltf.meshes().next().and_then(|mesh| mesh.primitives().next()).expect("one");
+    let names: Vec<String> = primitive
+        .attributes()
+        .filter_map(|(semantic, accessor)| {
+            assert!(accessor.count() > 0);
+            matches!(semantic, gltf::Semantic::Extras(_)).then(|| semantic.to_string())
+        })
+        .collect();
+    assert_eq!(names, ["_DISTANCE_0"]);
+    for (index, model) in config["models"].as_array().expect("models").iter().enumerate().skip(1) {
+        assert_eq!(model["distances"]["component"], index - 1);
+        assert!(model["distances"]["most"].as_f64().is_some_and(|most| most > 0.0 && most < 1.0));
     }
 }
 
@@ -137,6 +204,37 @@ fn an_evaluation_writes_a_page_of_what_could_be_compared() {
     assert_eq!(page.matches("class=\"line\"").count(), charts, "one line, of the two levels");
 }
 
+fn view(folder: &Path, args: &[&str]) -> assert_cmd::assert::Assert {
+    assert_cmd::Command::cargo_bin("seamwise")
+        .expect("the binary")
+        .current_dir(folder)
+        .arg("view")
+        .args(args)
+        .assert()
+}
+
+#[test]
+fn a_view_is_written_of_files_of_any_kind_and_never_over_one() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let write = |name: &str, bytes: &[u8]| {
+        std::fs::write(folder.path().join(name), bytes).expect("a file is written");
+    };
+    write("a<b>.glb", &cube(6).glb());
+    write("b.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    view(folder.path(), &["a<b>.glb", "b.obj", "-o", "page.html"]).success();
+    let page = std::fs::read_to_string(folder.path().join("page.html")).expect("a page");
+    assert_self_contained(&page, 0);
+    assert!(!page.contains("<b>"), "a file's name is not escaped");
+    let config = view_config(&page);
+    assert_eq!(config["models"][1]["file"], "b.obj");
+    assert!(config["models"][1]["certificate"].is_null());
+    view(folder.path(), &["b.obj", "-o", "b.obj"]).code(2);
+    let missing = view(folder.path(), &["b.obj", "none.glb", "-o", "other.html"]).code(2);
+    let said = String::from_utf8_lossy(&missing.get_output().stderr).into_owned();
+    assert!(said.contains("none.glb"), "{said}");
+    assert!(!folder.path().join("other.html").exists());
+}
+
 /// What the page tells of itself in the browser, as an attribute of its body.
 const PROBE: &str = r#"<script>
 const errors = [];
@@ -152,7 +250,7 @@ addEventListener("load", () => {
 /// The page as a browser leaves it, and what the browser says; nothing where there is none.
 fn browse(page: &Path) -> Option<[String; 2]> {
     let profile = tempfile::tempdir().expect("a temporary folder");
-    let flags = "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run \
+    let flags = "--headless --no-sandbox --enable-unsafe-swiftshader --disable-quic --no-first-run \
                  --disable-background-networking --disable-component-update --disable-sync \
                  --window-size=1280,900 --virtual-time-budget=10000 --enable-logging=stderr \
                  --dump-dom";
@@ -182,5 +280,10 @@ fn a_browser_shows_every_picture_without_an_error() {
     let expected = format!("data-probe=\"{PICTURES}/{PICTURES} errors=0 wide=0\"");
     let found = dom.split("<body").nth(1).map(|body| body.split('>').next());
     assert!(dom.contains(&expected), "{found:?}");
-    assert!(!said.contains("CONSOLE"), "{said}");
+    // But for what drawing without a graphics processor says of itself.
+    let complaint =
+        said.lines().find(|line| line.contains("CONSOLE") && !line.contains("GPU stall"));
+    assert_eq!(complaint, None);
+    let triangles = format!("data-triangles=\"{} ", baked.report.input.triangles);
+    assert!(dom.contains(&triangles), "the view shows the source beside a level");
 }
