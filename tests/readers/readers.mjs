@@ -9,10 +9,10 @@
 import { execFileSync } from 'node:child_process';
 import { existsSync, mkdtempSync, readFileSync, readdirSync, rmSync } from 'node:fs';
 import { createServer } from 'node:http';
-import { createRequire } from 'node:module';
 import { tmpdir } from 'node:os';
 import { basename, dirname, extname, join, resolve } from 'node:path';
 import { fileURLToPath } from 'node:url';
+import { findBrowser, launch, openPage } from './browser.mjs';
 import { writePlain } from './plain.mjs';
 
 const HERE = dirname(fileURLToPath(import.meta.url));
@@ -23,9 +23,6 @@ const SIDE = 512; // pixels
 const GAP = 4; // pixels between the pictures of a sheet
 const COVERED = 200; // of 255: white over half of a pixel of a sheet, gray over the rest
 const HALF = 120; // of 255: half of the samples of a picture
-
-// A browser that draws without a graphics processor hangs now and then, for no fault of a file.
-const PATIENCE = 120_000; // milliseconds
 
 // Ours has 2 × 2 samples a pixel: readers draw twice as large.
 const SAMPLES = 2;
@@ -42,12 +39,6 @@ const READERS = ['three', 'babylon'];
 const [tool, modules] = process.argv.slice(2).map((path) => resolve(path));
 const scratch = mkdtempSync(join(tmpdir(), 'seamwise-readers-'));
 process.on('exit', () => rmSync(scratch, { recursive: true, force: true }));
-
-function findBrowser() {
-  if (process.env.SEAMWISE_CHROMIUM) return process.env.SEAMWISE_CHROMIUM;
-  const folders = (process.env.PATH ?? '').split(':');
-  return folders.map((folder) => join(folder, 'chromium')).find(existsSync);
-}
 
 function run(...args) {
   execFileSync(tool, ['--quiet', ...args], { stdio: ['ignore', 'ignore', 'inherit'] });
@@ -96,15 +87,7 @@ function serve() {
 
 // Loads a file in a page of its own; what it shows, and all that the page complained about.
 async function show(browser, address, reader, { file, cameras, levels }) {
-  const page = await browser.newPage();
-  const complaints = [];
-  page.on('console', (message) => {
-    if (['error', 'warn'].includes(message.type()) && !/GPU stall|swiftshader/i.test(message.text())) {
-      complaints.push(message.text());
-    }
-  });
-  page.on('pageerror', (error) => complaints.push(String(error)));
-  page.on('requestfailed', (request) => complaints.push(`${request.url()} failed`));
+  const { page, complaints } = await openPage(browser);
   await page.goto(`${address}/page/page.html`);
   const url = `/out/${basename(dirname(file))}/${encodeURIComponent(basename(file))}`;
   const job = { reader, url, cameras, levels, side: SAMPLES * SIDE, names: dirname(file).endsWith('named') };
@@ -161,11 +144,7 @@ async function main() {
   const executablePath = findBrowser();
   if (!executablePath) return console.log('skipped: no chromium, so no reader looks at the outputs');
   if (!existsSync(ASSETS)) return console.log(`skipped: ${ASSETS} is absent`);
-  const require = createRequire(join(modules, 'here.js'));
-  const puppeteer = require('puppeteer-core');
-  const args = ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist'];
-  const launch = () => puppeteer.launch({ executablePath, args, protocolTimeout: PATIENCE });
-  let browser = await launch();
+  let browser = await launch(executablePath, modules);
   const server = await serve();
   const address = `http://127.0.0.1:${server.address().port}`;
   let failures = 0;
@@ -178,7 +157,7 @@ async function main() {
           if (error.name !== 'ProtocolError') throw error;
           console.log(`  ${reader}: ${error.message}; once more in a new browser`);
           browser.process()?.kill('SIGKILL');
-          browser = await launch();
+          browser = await launch(executablePath, modules);
           return look();
         });
         const found = await overlaps(browser, pictures, sheet);
