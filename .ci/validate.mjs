@@ -1,10 +1,10 @@
-// Checks .glb files with the Khronos glTF validator: prints its errors, counts its warnings by
+// Checks .glb and .gltf files with the Khronos glTF validator: prints its errors, counts its warnings by
 // code, and exits with 1 if there was any error but those that a source brought along.
 //
-//     node validate.mjs FOLDER_WITH_NODE_MODULES FILE.glb…
+//     node validate.mjs FOLDER_WITH_NODE_MODULES FILE…
 import { readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
-import { basename, join, resolve } from 'node:path';
+import { basename, dirname, join, resolve } from 'node:path';
 
 // What sources bring along and nothing here changes: by the start of a file's name, the codes.
 const BROUGHT = {
@@ -26,7 +26,12 @@ console.log(`glTF validator ${validator.version()}`);
 let errors = 0;
 for (const file of files) {
   const bytes = new Uint8Array(readFileSync(file));
-  const { issues } = await validator.validateBytes(bytes, { format: 'glb', maxIssues: 0 });
+  const beside = (uri) => new Uint8Array(readFileSync(join(dirname(file), decodeURIComponent(uri))));
+  const { issues } = await validator.validateBytes(bytes, {
+    format: file.endsWith('.gltf') ? 'gltf' : 'glb',
+    maxIssues: 0,
+    externalResourceFunction: async (uri) => beside(uri),
+  });
   const owner = Object.keys(BROUGHT).find((name) => basename(file).startsWith(name));
   const own = ({ code, severity }) => severity === 0 && !BROUGHT[owner]?.includes(code);
   errors += issues.messages.filter(own).length;

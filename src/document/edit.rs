@@ -84,14 +84,15 @@ impl Packer {
 
     /// Adds vertex data. Elements are padded to four bytes, as glTF 2.0 §3.6.2.4 asks.
     pub(crate) fn add_vertices(&mut self, elements: &Elements, bounds: bool) -> usize {
-        let view = self.add_vertex_view(elements);
+        let (bytes, stride) = aligned(elements);
+        let view = self.add_view(&bytes, Target::Vertices, stride);
         self.add_elements(view, elements, bounds)
     }
 
-    /// Adds the bytes of vertex data.
-    pub(crate) fn add_vertex_view(&mut self, elements: &Elements) -> usize {
+    /// Adds the bytes of vertex data for several accessors: such a view has to name its stride.
+    pub(crate) fn add_shared_view(&mut self, elements: &Elements) -> usize {
         let (bytes, stride) = aligned(elements);
-        self.add_view(&bytes, Target::Vertices, stride)
+        self.add_view(&bytes, Target::Vertices, stride.or(Some(elements.size())))
     }
 
     /// Adds the elements at the start of a view.

@@ -1,5 +1,6 @@
 //! In which files a bake is written: compressed, as .gltf, with levels by name.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use crate::common::build::Build;
@@ -284,6 +285,20 @@ fn pools(output: &Output) -> Vec<(usize, usize)> {
     output.gltf.meshes().map(first).collect()
 }
 
+/// Buffer views without a stride that more than one accessor of vertices reads (glTF 2.0 §3.6.2.4).
+fn shared_without_stride(output: &Output) -> Vec<usize> {
+    let mut readers = std::collections::BTreeMap::<usize, BTreeSet<usize>>::new();
+    for primitive in output.gltf.meshes().flat_map(|mesh| mesh.primitives()) {
+        for (_, accessor) in primitive.attributes() {
+            let view = accessor.view().expect("bytes").index();
+            readers.entry(view).or_default().insert(accessor.index());
+        }
+    }
+    let stride = |view: usize| output.json["bufferViews"][view]["byteStride"].is_null();
+    let shared = readers.into_iter().filter(|(_, accessors)| accessors.len() > 1);
+    shared.map(|(view, _)| view).filter(|&view| stride(view)).collect()
+}
+
 #[test]
 fn shared_vertices_are_stored_once_and_each_level_reads_a_prefix() {
     let ball = assets::textured(&shapes::sphere(48, 24), &assets::picture(16)).glb();
@@ -308,6 +323,7 @@ fn shared_vertices_are_stored_once_and_each_level_reads_a_prefix() {
             assert!(size(&shared) < size(&apart), "{name}");
             let level = |baked: &Baked| std::fs::read(baked.level_path(1)).expect("a level");
             assert!(level(&shared) == level(&apart), "{name}: a level alone is what it was");
+            assert_eq!(shared_without_stride(&other), [0; 0], "{name}");
         }
     }
 }

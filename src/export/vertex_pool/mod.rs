@@ -267,7 +267,7 @@ impl Pool {
 
     fn write(&self, packer: &mut Packer, parts: &mut SharedParts) {
         let views: Vec<usize> =
-            self.columns.all().map(|(_, elements)| packer.add_vertex_view(elements)).collect();
+            self.columns.all().map(|(_, elements)| packer.add_shared_view(elements)).collect();
         let mut lists: FxHashMap<&Vec<u32>, usize> = FxHashMap::default();
         let mut list = |packer: &mut Packer, indices| {
             *lists.entry(indices).or_insert_with(|| packer.add_indices(indices))
