@@ -55,6 +55,7 @@ mod simplifier;
 mod simplify;
 mod solve;
 mod space;
+mod stitch;
 mod surface;
 mod tangent;
 #[cfg(test)]
@@ -81,11 +82,12 @@ pub use sets::DisjointSets;
 pub use settings::{Cost, MAX_DEVIATION, Placement, Settings, Weights};
 pub use simplifier::{Simplified, Simplifier, Target, simplify};
 pub use simplify::Stop;
+pub use stitch::{BorderEdge, OwnPosition, placed_borders, stitched_edges};
 pub use surface::{Foot, Hit, Nearest, Surface};
 pub use tangent::{TangentInput, compute_tangents};
 pub use together::{Shared, simplify_together};
 pub use triangle::{area_vector, closest_on_triangle};
-pub use vertices::Vertices;
+pub use vertices::{Precision, Vertices};
 pub use weld::{Welded, weld};
 
 pub use glam;

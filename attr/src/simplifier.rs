@@ -232,19 +232,25 @@ impl<'a> Simplifier<'a> {
         for (vertex, &value) in values.iter().enumerate() {
             joined.entry(key(vertex)).and_modify(|old| *old = join(*old, value)).or_insert(value);
         }
-        let mut points = vec![values[0]; welded.mesh.positions.len()];
+        let mut points: Vec<Option<T>> = vec![None; welded.mesh.positions.len()];
         for (&point, &vertex) in welded.mesh.wedge_points.iter().zip(&welded.wedge_vertices) {
-            points[point] = joined[&key(vertex as usize)];
+            let own = joined[&key(vertex as usize)];
+            points[point] = Some(points[point].map_or(own, |other| join(other, own)));
         }
-        points
+        points.into_iter().map(|value| value.unwrap_or(values[0])).collect()
     }
 }
 
 /// A level as vertices, one for each wedge.
 fn simplified(level: Level, welded: &Welded) -> Simplified {
     let Level { mesh, wedge_sources, target, error, stopped, .. } = level;
+    let position = |wedge: usize| {
+        let (source, own) = (wedge_sources[wedge], mesh.positions[mesh.wedge_points[wedge]]);
+        let point = welded.mesh.positions[welded.mesh.wedge_points[source]];
+        if own == point { welded.vertex_position(source) } else { own }
+    };
     let vertices = Vertices {
-        positions: mesh.wedge_points.iter().map(|&point| mesh.positions[point]).collect(),
+        positions: (0..wedge_sources.len()).map(position).collect(),
         layout: mesh.layout,
         attributes: mesh.attributes,
         triangles: mesh.triangles.iter().map(|wedges| wedges.map(|wedge| wedge.0)).collect(),

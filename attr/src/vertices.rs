@@ -34,6 +34,18 @@ pub struct Vertices {
     pub triangles: Vec<[u32; 3]>,
     /// One per triangle, its material or primitive; or empty if all are of group 0.
     pub groups: Vec<u32>,
+    /// One per group, or empty if positions are off by the rounding of floats alone.
+    pub precision: Vec<Precision>,
+}
+
+/// How exact the positions of a group are.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Precision {
+    /// The number of the grid that they lie on. Groups of one grid have in common what is meant to be one.
+    pub grid: u32,
+    /// How far they may be off what they stand for, beyond the rounding of floats: borders of groups on
+    /// different grids that are no farther apart than both, edge for edge, are one.
+    pub slack: f64,
 }
 
 impl Vertices {

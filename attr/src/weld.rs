@@ -2,16 +2,18 @@
 //!
 //! A file splits a vertex wherever an attribute jumps, so its index buffer tears the surface along
 //! every seam. Welding mends it: vertices at bitwise equal positions (−0 = 0) are one point, and
-//! among those the ones with bitwise equal attributes in the same group are one wedge. There is no
-//! tolerance: what a file stores as two positions stays two points. Layers that lie on each other back
-//! to back are taken apart again: see `layers.rs`.
+//! among those the ones with bitwise equal attributes in the same group are one wedge. Layers that lie on
+//! each other back to back are taken apart again: see `layers.rs`. Borders that roundings alone keep apart
+//! are made one: see `stitch.rs`.
 
+use glam::Vec3;
 use rustc_hash::FxHashMap;
 
 use crate::error::{Error, Result};
 use crate::id::{PointId, WedgeId};
 use crate::layers::separate_layers;
 use crate::mesh::Mesh;
+use crate::stitch::{OwnPosition, stitch};
 use crate::vertices::Vertices;
 
 /// The result of [`weld`].
@@ -24,6 +26,19 @@ pub struct Welded {
     /// Triangles left out because two of their corners are one point: they have no area and
     /// would tie the surface into a knot.
     pub degenerate: usize,
+    /// Wedges whose vertices lie a rounding, or a step of their grid, beside their point, in order.
+    pub own_positions: Vec<OwnPosition>,
+}
+
+impl Welded {
+    /// The position of the vertices that a wedge was made from.
+    pub fn vertex_position(&self, wedge: WedgeId) -> Vec3 {
+        let own = self.own_positions.binary_search_by_key(&wedge, |own| own.wedge);
+        own.map_or_else(
+            |_| self.mesh.positions[self.mesh.wedge_points[wedge]],
+            |at| self.own_positions[at].position,
+        )
+    }
 }
 
 /// Welds vertices to points and wedges; the front and the back of a doubled sheet have points of their
@@ -54,7 +69,20 @@ pub fn weld(vertices: &Vertices) -> Result<Welded> {
     let mut welded = welder.welded;
     welded.mesh.validate()?;
     separate_layers(&mut welded.mesh, &mut welded.wedge_vertices);
+    stitch_borders(vertices, &mut welded);
     Ok(welded)
+}
+
+fn stitch_borders(vertices: &Vertices, welded: &mut Welded) {
+    let mut motion = Vec::new();
+    if !vertices.motion.is_empty() {
+        motion.resize(welded.mesh.positions.len(), 0);
+        for (&point, &vertex) in welded.mesh.wedge_points.iter().zip(&welded.wedge_vertices) {
+            motion[point] = vertices.motion[vertex as usize];
+        }
+    }
+    let motion = |point: PointId| motion.get(point.index()).copied().unwrap_or(0);
+    welded.own_positions = stitch(&mut welded.mesh, &vertices.precision, motion);
 }
 
 fn check(vertices: &Vertices) -> Result<()> {
@@ -154,7 +182,6 @@ fn bits(x: f32) -> u32 {
 mod tests {
     use super::*;
     use crate::mesh::Layout;
-    use glam::Vec3;
 
     /// Two triangles over the square 0…1, with a vertex each per corner:
     ///

@@ -62,6 +62,10 @@ fn level_part(
     if textures.tangents.is_none() {
         tangents.iter_mut().flatten().for_each(|tangent| tangent.w *= part.tangent_sign);
     }
+    if let Some(local) = &part.local {
+        let back = |tangent: Vec4| local.frame.direction_back(tangent.truncate()).extend(tangent.w);
+        tangents.iter_mut().flatten().for_each(|tangent| *tangent = back(*tangent));
+    }
     let vertices = split_by_tangent(&corners, &tangents);
     let vertex_sources = sampler.vertex_sources(part, &vertices.wedges);
     let carried: Vec<Named> = part
@@ -83,7 +87,7 @@ fn level_part(
         names.retain(|name| !name.starts_with("TEXCOORD_"));
         names.push("TEXCOORD_0");
     }
-    let made = |name: &str| (name.to_owned(), attribute(name, part, level, &vertices, &carried));
+    let made = |name: &str| (name.to_owned(), attribute(name, part, sampler, &vertices, &carried));
     Ok(Some(LevelPart {
         attributes: names.into_iter().map(made).collect(),
         targets: (0..part.targets.len())
@@ -159,7 +163,7 @@ impl LevelVertices {
 fn attribute(
     name: &str,
     part: &Part,
-    level: &Level,
+    SourceSampler { geometry, level, .. }: &SourceSampler<'_>,
     vertices: &LevelVertices,
     carried: &[Named],
 ) -> Elements {
@@ -171,10 +175,13 @@ fn attribute(
     let uv_set = name.strip_prefix("TEXCOORD_").and_then(|set| set.parse::<usize>().ok());
     match (name, uv_set) {
         ("POSITION", _) => {
-            let position = |&wedge: &WedgeId| mesh.positions[mesh.wedge_points[wedge]].to_array();
+            let position = |&wedge: &WedgeId| geometry.position(level, wedge).to_array();
             float_elements(3, vertices.wedges.iter().flat_map(position))
         }
-        ("NORMAL", _) => rows(layout.normal(), 3),
+        ("NORMAL", _) => {
+            let normal = |&wedge: &WedgeId| geometry.normal(level, wedge).to_array();
+            float_elements(3, vertices.wedges.iter().flat_map(normal))
+        }
         ("TANGENT", _) => float_elements(4, vertices.tangents.iter().flat_map(Vec4::to_array)),
         ("COLOR_0", _) => {
             let (components, component) = part.color.unwrap_or((4, ComponentType::F32));

@@ -12,8 +12,9 @@
 //! All points of a surface lie on one grid with equal steps along all axes, so no crack opens and no
 //! normal leans. Positions stay floats where a half step is more than the level's own error, and where a
 //! scale of the node would mean something else: under a skin, which ignores the node; with morph targets,
-//! whose deltas are floats; with instances, which are placed by the node; and in materials with a volume,
-//! whose thickness scales with the node. A level without error stays as it is altogether.
+//! whose deltas are floats; with instances, which are placed by the node; in materials with a volume,
+//! whose thickness scales with the node; and where several nodes place the meshes of one surface, whose
+//! grids would not meet. A level without error stays as it is altogether.
 
 use glam::Vec3;
 use gltf::json::accessor::ComponentType;
@@ -59,7 +60,7 @@ impl Grid {
 
 /// Whether the node of a surface may be scaled without that meaning anything else.
 pub(crate) fn may_scale(asset: &Asset, surface: &Geometry) -> Result<bool> {
-    if surface.parts.iter().any(|part| !part.targets.is_empty()) {
+    if surface.parts.iter().any(|part| !part.targets.is_empty() || part.local.is_some()) {
         return Ok(false);
     }
     for material in surface.parts.iter().filter_map(|part| part.primitive.material) {

@@ -6,11 +6,14 @@
 //! the source; whatever else a vertex carries (further colors, an application's own) is taken over
 //! from the source vertex that a wedge stands for.
 
+use glam::Vec3;
 use gltf::json::accessor::ComponentType;
 use rustc_hash::FxHashMap;
-use seamwise_attr::{Layout, Vertices, Welded, weld};
+use seamwise_attr::{Layout, Level, Precision, Vertices, WedgeId, Welded, weld};
 
+use super::frame::Similarity;
 use super::handedness::is_flipped;
+use super::precision::{Grid, Grids, Moved};
 use crate::document::accessor::{self, Elements};
 use crate::document::asset::Asset;
 use crate::document::primitive::{Attributes, Primitive, read_checked};
@@ -29,6 +32,8 @@ pub struct Geometry {
     pub welded: Welded,
     /// The triangle primitives, in order.
     pub parts: Vec<Part>,
+    /// One per part: how exact its positions are.
+    pub(crate) precision: Vec<Precision>,
 }
 
 /// A triangle primitive and the attributes of its vertices.
@@ -50,26 +55,87 @@ pub struct Part {
     pub(crate) normal_uv: usize,
     /// The sign of the file's tangents over that of MikkTSpace's: 1, or −1 if they are flipped.
     pub(crate) tangent_sign: f32,
+    /// Its vertices in the space of its mesh, where that is not the surface's.
+    pub(crate) local: Option<Local>,
+}
+
+/// The vertices of a part in the space of its mesh, which is another than that of the surface.
+#[derive(Clone, Debug)]
+pub(crate) struct Local {
+    /// The way from there to the surface.
+    pub(crate) frame: Similarity,
+    positions: Vec<Vec3>,
+    /// None at all if the part has no normals.
+    normals: Vec<Vec3>,
+}
+
+/// A mesh and its place on a surface.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Member {
+    /// The mesh.
+    pub(crate) mesh: usize,
+    /// The way from its space to that of the surface, if these are two.
+    pub(crate) frame: Option<Similarity>,
+    /// How far its positions may be off on the surface by that.
+    pub(crate) slack: f64,
 }
 
 impl Geometry {
-    /// Reads and welds the triangles of meshes, one at least. `None` if they have none.
+    /// Reads and welds the triangles of meshes in one space, one at least. `None` if they have none.
     ///
     /// # Errors
     /// [`Error::Invalid`] with the place in the document.
     pub fn read(asset: &Asset, meshes: &[usize]) -> Result<Option<Self>> {
+        let member = |&mesh: &usize| Member { mesh, frame: None, slack: 0.0 };
+        Self::read_members(asset, &meshes.iter().map(member).collect::<Vec<_>>())
+    }
+
+    /// Reads and welds the triangles of meshes, the first of which the surface has its space from.
+    pub(crate) fn read_members(asset: &Asset, members: &[Member]) -> Result<Option<Self>> {
+        let meshes: Vec<usize> = members.iter().map(|member| member.mesh).collect();
         let all = meshes.iter().map(|&mesh| Primitive::of_mesh(asset, mesh));
         let mut primitives = all.collect::<Result<Vec<_>>>()?.concat();
         primitives.retain(Primitive::is_surface);
         let mut reader = Reader::new(asset, layout(asset, &primitives)?);
         for primitive in primitives {
-            reader.add(primitive)?;
+            let member = members.iter().find(|member| member.mesh == primitive.mesh);
+            reader.add(primitive, member.copied())?;
         }
         let Reader { vertices, parts, .. } = reader;
         let at = || format!("/meshes/{}", meshes[0]);
         let welded = weld(&vertices).map_err(|error| Error::invalid(at(), error.to_string()))?;
-        let meshes = meshes.to_vec();
-        Ok((!welded.mesh.triangles.is_empty()).then_some(Self { meshes, welded, parts }))
+        let precision = vertices.precision;
+        let own = Self { meshes, welded, parts, precision };
+        Ok((!own.welded.mesh.triangles.is_empty()).then_some(own))
+    }
+
+    /// The position of a level's wedge in the space of its mesh: that of the vertex it stands for, to the
+    /// bit, where it has not moved.
+    pub(crate) fn position(&self, level: &Level, wedge: WedgeId) -> Vec3 {
+        let (source, own) = (level.wedge_sources[wedge], &level.mesh);
+        let position = own.positions[own.wedge_points[wedge]];
+        let stays = position == self.welded.mesh.positions[self.welded.mesh.wedge_points[source]];
+        let vertex = self.welded.wedge_vertices[source.index()];
+        let part = self.part_of(vertex);
+        match (&part.local, stays) {
+            (Some(local), true) => local.positions[(vertex - part.first) as usize],
+            (Some(local), false) => local.frame.point_back(position),
+            (None, true) => self.welded.vertex_position(source),
+            (None, false) => position,
+        }
+    }
+
+    /// The normal of a level's wedge in the space of its mesh, as it was there if it has not turned.
+    pub(crate) fn normal(&self, level: &Level, wedge: WedgeId) -> Vec3 {
+        let (source, at) = (level.wedge_sources[wedge], level.mesh.layout.normal());
+        let normal = &level.mesh.row(wedge)[at..at + 3];
+        let stays = *normal == self.welded.mesh.row(source)[at..at + 3];
+        let vertex = self.welded.wedge_vertices[source.index()];
+        let part = self.part_of(vertex);
+        let normal = Vec3::from_slice(normal);
+        let Some(local) = &part.local else { return normal };
+        let own = local.normals.get((vertex - part.first) as usize).filter(|_| stays);
+        own.copied().unwrap_or_else(|| local.frame.direction_back(normal))
     }
 
     /// The part that a vertex belongs to, by its number among those of all parts.
@@ -150,20 +216,30 @@ struct Reader<'a> {
     asset: &'a Asset,
     vertices: Vertices,
     classes: Classes,
+    grids: Grids,
     parts: Vec<Part>,
 }
 
 impl<'a> Reader<'a> {
     fn new(asset: &'a Asset, layout: Layout) -> Self {
         let vertices = Vertices { layout, ..Vertices::default() };
-        Self { asset, vertices, classes: Classes::default(), parts: Vec::new() }
+        let (classes, grids) = (Classes::default(), Grids::default());
+        Self { asset, vertices, classes, grids, parts: Vec::new() }
     }
 
-    fn add(&mut self, primitive: Primitive) -> Result<()> {
-        let positions = primitive.positions(self.asset)?;
+    fn add(&mut self, primitive: Primitive, member: Option<Member>) -> Result<()> {
+        let mut positions = primitive.positions(self.asset)?;
         let triangles = primitive.triangles(self.asset, positions.len())?;
-        let part = self.part(primitive, &triangles, positions.len())?;
+        let stored = primitive.elements(self.asset, "POSITION", positions.len())?;
+        let grid = stored.and_then(|stored| Grid::of(&stored, &positions));
+        let frame = member.and_then(|member| Some((member.frame?, member.slack)));
+        let moved = frame.map(|(frame, slack)| Moved { scale: frame.scale(), slack });
+        self.vertices.precision.push(self.grids.precision(grid, moved));
+        let mut part = self.part(primitive, &triangles, positions.len())?;
         self.add_rows(&part)?;
+        if let Some((frame, _)) = frame {
+            part.local = Some(self.place(&frame, &mut positions));
+        }
         for vertex in 0..positions.len() {
             self.vertices.motion.push(self.classes.class(part.motion(vertex)));
             self.vertices.rest.push(self.classes.class(part.rest(vertex)));
@@ -174,6 +250,23 @@ impl<'a> Reader<'a> {
         self.vertices.triangles.extend(triangles.iter().map(|t| t.map(|v| v + part.first)));
         self.parts.push(part);
         Ok(())
+    }
+
+    /// Brings the positions of a part, and the normals of the rows that were added last, onto the surface.
+    fn place(&mut self, frame: &Similarity, positions: &mut [Vec3]) -> Local {
+        let mut local = Local { frame: *frame, positions: positions.to_vec(), normals: Vec::new() };
+        positions.iter_mut().for_each(|position| *position = frame.point(*position));
+        let layout = self.vertices.layout;
+        if layout.normal {
+            let len = layout.len();
+            let start = self.vertices.attributes.len() - positions.len() * len;
+            for row in self.vertices.attributes[start..].chunks_exact_mut(len) {
+                let normal = &mut row[layout.normal()..layout.normal() + 3];
+                local.normals.push(Vec3::from_slice(normal));
+                normal.copy_from_slice(&frame.direction(Vec3::from_slice(normal)).to_array());
+            }
+        }
+        local
     }
 
     fn part(&self, primitive: Primitive, triangles: &[[u32; 3]], count: usize) -> Result<Part> {
@@ -193,6 +286,7 @@ impl<'a> Reader<'a> {
                 .map(|color| (color.components, color.component)),
             normal_uv,
             tangent_sign: if is_flipped { -1.0 } else { 1.0 },
+            local: None,
             primitive,
         })
     }

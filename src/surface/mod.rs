@@ -1,7 +1,9 @@
 //! The meshes of a document, welded to surfaces of points and wedges.
 
 pub(crate) mod edges;
+pub(crate) mod frame;
 pub mod geometry;
 pub mod group;
 mod handedness;
+mod precision;
 pub(crate) mod tangents;

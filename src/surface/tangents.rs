@@ -94,7 +94,10 @@ pub(crate) fn source_tangents(
             for (wedge, tangent) in wedges.iter().zip(corners) {
                 tangent.w *= part.tangent_sign;
                 let vertex = surface.welded.wedge_vertices[wedge.index()] - part.first;
-                let stored = Vec4::from_slice(&values[4 * vertex as usize..]);
+                let mut stored = Vec4::from_slice(&values[4 * vertex as usize..]);
+                if let Some(local) = &part.local {
+                    stored = local.frame.direction(stored.truncate()).extend(stored.w);
+                }
                 if stored.is_finite() && stored.w * tangent.w > 0.0 {
                     *tangent = stored;
                 }

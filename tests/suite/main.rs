@@ -13,6 +13,7 @@ mod far_away;
 mod formats;
 mod golden;
 mod inputs;
+mod joins;
 mod lightmaps;
 mod low_poly;
 mod merging;
