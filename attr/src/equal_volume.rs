@@ -1,4 +1,4 @@
-//! The plane on which a collapse keeps the volume (Lindstrom & Turk, "Fast and memory efficient
+//! The planes on which a collapse keeps the volume, or the area within a border (Lindstrom & Turk, "Fast and memory efficient
 //! polygonal simplification", Visualization 1998, §4.1; as a Lagrange constraint Hoppe, "New quadric
 //! metric", Visualization 1999).
 //!
@@ -11,6 +11,15 @@
 //!
 //! Where the triangles around the edge all but close, their normals cancel and no v changes much: there is
 //! no such plane, and the collapse is free.
+//!
+//! The area vectors of these triangles add up to what their rim encloses. Seen along the sum before, with unit
+//! vector n, it stays what it is where
+//!
+//! ```text
+//! Σ ((p − q) × n) · v = Σ n_t · n − Σ (p × q) · n,     p, q the corners but v of a triangle that stays
+//! ```
+//!
+//! Within a surface p and q go all around, and both sides are nothing: no border recedes there.
 
 use glam::DVec3;
 
@@ -41,6 +50,24 @@ impl Plane {
             .then(|| Self { normal: sum / length, offset: offset / length })
     }
 
+    /// The plane on which a point may replace the inner points of `triangles` without a change of the area
+    /// that they cover, where `staying` are the other corners of those that are left.
+    pub(crate) fn of_equal_area(
+        triangles: impl Iterator<Item = [DVec3; 3]>,
+        staying: impl Iterator<Item = [DVec3; 2]>,
+    ) -> Option<Self> {
+        let before: DVec3 = triangles.map(|[a, b, c]| (b - a).cross(c - a)).sum();
+        let view = before.normalize_or_zero();
+        let (mut sum, mut offset, mut length) = (DVec3::ZERO, before.dot(view), 0.0);
+        for [p, q] in staying {
+            sum += (p - q).cross(view);
+            offset -= p.cross(q).dot(view);
+            length += p.distance(q);
+        }
+        let size = sum.length();
+        (size > LEAST_SHARE * length).then(|| Self { normal: sum / size, offset: offset / size })
+    }
+
     /// The signed distance of a point above the plane.
     pub(crate) fn height(&self, point: DVec3) -> f64 {
         self.normal.dot(point) - self.offset
@@ -67,6 +94,23 @@ mod tests {
         assert!((foot - DVec3::new(0.9, 0.1, 0.8)).length() < 1e-12);
         let volume = |tip| sides(tip).map(|[a, b, c]| a.dot(b.cross(c))).sum::<f64>();
         assert!((volume(foot) - volume(tip)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_fan_at_a_border_keeps_its_area_where_its_tip_slides_along_the_border() {
+        // Two triangles from a tip on the border x = 0 to the points of a rim.
+        let rim = [DVec3::NEG_Y, DVec3::X, DVec3::Y];
+        let tip = DVec3::new(-0.1, 0.2, 0.0);
+        let fan = |tip: DVec3| [[tip, rim[0], rim[1]], [tip, rim[1], rim[2]]];
+        let others = [[rim[0], rim[1]], [rim[1], rim[2]]];
+        let plane = Plane::of_equal_area(fan(tip).into_iter(), others.into_iter()).unwrap();
+        let area =
+            |tip: DVec3| fan(tip).map(|[a, b, c]| (b - a).cross(c - a)).iter().sum::<DVec3>().z;
+        let foot = plane.foot(DVec3::new(0.7, -0.4, 0.3));
+        assert!((area(foot) - area(tip)).abs() < 1e-12);
+        assert!((plane.normal.abs() - DVec3::X).length() < 1e-12);
+        let closed = [[rim[0], rim[1]], [rim[1], rim[2]], [rim[2], rim[0]]];
+        assert_eq!(Plane::of_equal_area(fan(tip).into_iter(), closed.into_iter()), None);
     }
 
     #[test]

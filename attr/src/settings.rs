@@ -105,6 +105,9 @@ pub struct Settings {
     /// Place merged points where the enclosed volume stays what it is, in the descent and in the polish;
     /// only with the best placement.
     pub keep_volume: bool,
+    /// Place points of open borders where the area that the surface covers stays what it is, in the descent;
+    /// only with the best placement. A polish leaves borders alone.
+    pub keep_area: bool,
 }
 
 /// Limits on the deviation and the lost area of a simplification.
@@ -128,6 +131,7 @@ impl Default for Settings {
             max_rotation: 75.0,
             join_distance: None,
             keep_volume: false,
+            keep_area: false,
         }
     }
 }
@@ -176,8 +180,8 @@ impl Settings {
         if self.join_distance.is_some_and(|x| !x.is_finite() || x < 0.0) {
             return refuse("the distance to join across must be finite and not negative");
         }
-        if self.keep_volume && self.placement != Placement::Best {
-            return refuse("the volume can only be kept with the best placement");
+        if (self.keep_volume || self.keep_area) && self.placement != Placement::Best {
+            return refuse("volume and area can only be kept with the best placement");
         }
         Ok(())
     }

@@ -34,6 +34,7 @@ pub(crate) struct Space {
     /// The cosine of the largest angle that a collapse may rotate a triangle by.
     pub(crate) rotation_cosine: f64,
     pub(crate) keep_volume: bool,
+    pub(crate) keep_area: bool,
     /// Points of two shells nearer than this may meet; 0 if they may not.
     pub(crate) join_distance: f64,
     pub(crate) cost: Cost,
@@ -65,6 +66,7 @@ impl Space {
             weights,
             rotation_cosine: options.settings.rotation_cosine(),
             keep_volume: options.settings.keep_volume,
+            keep_area: options.settings.keep_area,
             join_distance: options.settings.join_distance.unwrap_or(0.0) / unit,
             cost: options.settings.cost,
             placement: options.settings.placement,

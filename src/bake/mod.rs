@@ -215,7 +215,12 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
         let draw = || draw_atlases(&asset, &repairs, options.reading.memory_limit);
         extras.atlases = clock.time("report", |s| &mut s.report, draw)?;
     }
-    let assembly = LevelAssembly { asset: &asset, geometries: &geometries, lods: &lods };
+    let assembly = LevelAssembly {
+        asset: &asset,
+        geometries: &geometries,
+        lods: &lods,
+        keeps_positions: options.steering.lock_border.is_some(),
+    };
     let assemble = || assembly.assemble(textures, options.output.quantizes());
     let assembled = clock.time("write", |s| &mut s.write, assemble)?;
     let levels = clock.time("write", |s| &mut s.write, || level_assets(&asset, &assembled))?;

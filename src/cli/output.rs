@@ -22,7 +22,7 @@ pub(crate) struct OutputArgs {
     /// Let all levels keep vertices of the source (as --placement ends, without a polish), and store
     /// them once in the file of all levels, ordered so that each level reads a prefix of them. The levels
     /// are farther from the source than without. With --compress, vertices stay in the source's types.
-    #[arg(long, conflicts_with_all = ["placement", "fast", "keep_volume", "atlas", "merge_materials"])]
+    #[arg(long, conflicts_with_all = ["placement", "fast", "keep_volume", "keep_area", "atlas", "merge_materials"])]
     pub(super) share_vertices: bool,
 }
 

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 
-use seamwise::bake::steering::{Importance, Order, Steering};
+use seamwise::bake::steering::{BorderLock, Importance, Order, Steering};
 use seamwise::error::Result;
 use seamwise_attr::{Eye, Placement, View};
 
@@ -36,6 +36,14 @@ pub(super) struct SteeringArgs {
     /// Place merged points where the enclosed volume stays what it is.
     #[arg(long)]
     keep_volume: bool,
+    /// Place points of open borders where the area that the surface covers stays what it is.
+    #[arg(long)]
+    keep_area: bool,
+    /// Leave open borders as they are, so that tiles that are baked apart still meet: all of them, those on
+    /// the sides of the box around the scene (sides), or on the sides of a box of your own, its least
+    /// coordinates first.
+    #[arg(long, value_name = "all|sides|X,Y,Z,X,Y,Z", num_args = 0..=1, require_equals = true, default_missing_value = "all", value_parser = parse_border_lock)]
+    lock_border: Option<BorderLock>,
     /// Leave all points of this material as they are; may be given more than once.
     #[arg(long, value_name = "NAME")]
     lock_material: Vec<String>,
@@ -85,6 +93,8 @@ impl SteeringArgs {
             max_rotation: self.max_rotation,
             join_distance: self.join_distance,
             keep_volume: self.keep_volume,
+            keep_area: self.keep_area,
+            lock_border: self.lock_border,
             lock_materials: self.lock_material.clone(),
             lock_attribute: self.lock_attribute.clone(),
             importance: Importance {
@@ -124,6 +134,22 @@ enum PlacementName {
     Ends,
     /// In the middle of the edge, as a baseline.
     Middle,
+}
+
+/// Reads `all`, `sides` or six coordinates.
+fn parse_border_lock(text: &str) -> std::result::Result<BorderLock, String> {
+    let wrong = || format!("{text} is not all, sides or a box like -1,0,-1,1,2,1");
+    match text {
+        "all" => Ok(BorderLock::All),
+        "sides" => Ok(BorderLock::Sides),
+        _ => {
+            let parts: Option<Vec<f64>> = text.split(',').map(|x| x.trim().parse().ok()).collect();
+            let parts = parts.filter(|x| x.len() == 6 && x.iter().all(|x| x.is_finite()));
+            let parts = parts.ok_or_else(wrong)?;
+            let (low, high) = (DVec3::from_slice(&parts), DVec3::from_slice(&parts[3..]));
+            Ok(BorderLock::Box { low, high })
+        }
+    }
 }
 
 /// Reads `0,1.5,-2`.

@@ -81,6 +81,8 @@ pub(crate) struct LevelAssembly<'a> {
     pub(crate) asset: &'a Asset,
     pub(crate) geometries: &'a [Geometry],
     pub(crate) lods: &'a Lods,
+    /// Whether positions stay floats: those of borders that must be the same in other files.
+    pub(crate) keeps_positions: bool,
 }
 
 impl<'a> LevelAssembly<'a> {
@@ -95,7 +97,8 @@ impl<'a> LevelAssembly<'a> {
             let meshes = surfaces.map(|((geometry, level), textures)| {
                 let mut mesh = LevelMesh::new(geometry, level, textures)?;
                 if compress {
-                    mesh.quantize(level.error, may_scale(self.asset, geometry)?);
+                    let may_scale = !self.keeps_positions && may_scale(self.asset, geometry)?;
+                    mesh.quantize(level.error, may_scale);
                 }
                 Ok(mesh)
             });

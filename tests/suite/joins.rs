@@ -9,6 +9,7 @@ use crate::common::shapes::Shape;
 use crate::common::{Baked, unmeasured};
 use glam::{DMat4, DQuat, DVec3, Mat4};
 use seamwise::bake::options::BakeOptions;
+use seamwise::bake::steering::{BorderLock, Steering};
 use seamwise::export::files::OutputOptions;
 use serde_json::json;
 
@@ -225,5 +226,37 @@ fn a_plate_of_two_thin_sheets_and_mirrored_halves_stay_meshes_of_their_own() {
     for build in [plate, halves] {
         let baked = Baked::bytes("plate", &build.glb(), &unmeasured());
         assert_eq!(baked.report.meshes.len(), 2);
+    }
+}
+
+#[test]
+fn tiles_that_are_baked_apart_meet_to_the_bit_where_their_borders_are_locked() {
+    let tile = |x: f64| sheet([24, 24], move |u, v| hill(x + u, v));
+    for (lock, compress) in
+        [(BorderLock::All, false), (BorderLock::All, true), (BorderLock::Sides, false)]
+    {
+        let border = |x: f64| -> Vec<Vec<[u32; 3]>> {
+            let steering = Steering { lock_border: Some(lock), ..Steering::default() };
+            let output = OutputOptions { compress, ..OutputOptions::default() };
+            let options = BakeOptions { steering, output, ..unmeasured() };
+            let baked = Baked::bytes("tile", &Build::of(&tile(x)).glb(), &options);
+            let at_cut = |level: usize| {
+                let read = seamwise::import::read(&baked.level_path(level));
+                let primitive = &seamwise::document::primitive::Primitive::of_mesh(
+                    read.as_ref().expect("a level"),
+                    0,
+                )
+                .expect("primitives")[0];
+                let positions = primitive.positions(&read.expect("a level")).expect("positions");
+                let on = positions.iter().filter(|p| p.x == 1.0);
+                let mut on: Vec<[u32; 3]> = on.map(|p| p.to_array().map(f32::to_bits)).collect();
+                on.sort_unstable();
+                on.dedup();
+                on
+            };
+            (1..=4).map(at_cut).collect()
+        };
+        let (left, right) = (border(0.0), border(1.0));
+        assert!(left == right && left.iter().all(|points| points.len() == 25), "{lock:?}");
     }
 }

@@ -48,8 +48,8 @@ pub(crate) struct Plan {
     /// Cost as a function of position.
     total: PointQuadric,
     weight: f64,
-    /// The plane of placements that keep the volume, if it is to be kept.
-    volume: Option<Plane>,
+    /// The plane of placements that keep the area within a border, or the volume, if that is to be kept.
+    kept: Option<Plane>,
     slots: Marks,
     counts: [Marks; 2],
     near: [Vec<PointId>; 2],
@@ -82,7 +82,7 @@ impl Plan {
             areas: Vec::new(),
             total: PointQuadric::default(),
             weight: 0.0,
-            volume: None,
+            kept: None,
             slots: Marks::new(wedges),
             counts: [Marks::new(points), Marks::new(points)],
             near: [Vec::new(), Vec::new()],
@@ -127,7 +127,7 @@ impl Plan {
         }
         if let [Some(a), Some(b)] = points.map(|point| topology.sole_wedge(point)) {
             self.merge_of(&points);
-            self.volume = None;
+            self.kept = None;
             let (a, b) = (metric.quadric(a), metric.quadric(b));
             self.total = quadric::reduce_sum(a, b);
             points.iter().for_each(|&point| self.total.add(&metric.constraints[point]));
@@ -156,10 +156,31 @@ impl Plan {
         self.collect(topology, metric);
         self.unify(topology);
         self.sum(metric);
+        self.kept = self.kept_plane(topology, metric);
+    }
+
+    /// The plane of the placements that keep what is to be kept: the area at a border, else the volume.
+    fn kept_plane(&self, topology: &Topology, metric: &Metric) -> Option<Plane> {
+        let space = &metric.space;
+        if !(space.keep_area || space.keep_volume) {
+            return None;
+        }
         let triangles = self.surviving.iter().map(|corner| corner.triangle());
         let around = triangles.chain(self.collapsing.iter().copied());
-        let corners = around.map(|t| topology.points(t).map(|point| metric.positions[point]));
-        self.volume = if metric.space.keep_volume { Plane::of_equal_volume(corners) } else { None };
+        let corners = || {
+            let corners = around.clone();
+            corners.map(|t| topology.points(t).map(|point| metric.positions[point]))
+        };
+        let star = || self.surviving.iter().map(|&corner| self.others_of(topology, metric, corner));
+        let area = if space.keep_area { Plane::of_equal_area(corners(), star()) } else { None };
+        let volume = || if space.keep_volume { Plane::of_equal_volume(corners()) } else { None };
+        area.or_else(volume)
+    }
+
+    /// The places of the other two points of a corner's triangle, in their order around it.
+    fn others_of(&self, topology: &Topology, metric: &Metric, corner: CornerId) -> [DVec3; 2] {
+        let (points, slot) = (topology.points(corner.triangle()), corner.slot());
+        [1, 2].map(|step| metric.positions[points[(slot + step) % 3]])
     }
 
     fn collect(&mut self, topology: &Topology, metric: &Metric) {

@@ -17,7 +17,7 @@ const REACH: f64 = 2.0;
 
 impl Plan {
     /// The places worth trying: the minimizer if it lies near the edge, then its ends and the
-    /// midpoint; all of them moved to where the volume is kept, if it is to be.
+    /// midpoint; all of them moved to where the area or the volume is kept, if it is to be.
     pub(super) fn places(&self, metric: &Metric) -> [Option<DVec3>; 5] {
         let at = |end: usize| self.points.get(end).map(|&point| metric.positions[point]);
         let (a, b, c) = (metric.positions[self.points[0]], metric.positions[self.points[1]], at(2));
@@ -29,9 +29,9 @@ impl Plan {
         }
         let longest = c.map_or(0.0, |c| a.distance_squared(c).max(b.distance_squared(c)));
         let reach = REACH * REACH * a.distance_squared(b).max(longest);
-        let best = minimize(&self.total, middle, PULL * self.weight, self.volume)
+        let best = minimize(&self.total, middle, PULL * self.weight, self.kept)
             .filter(|best| best.distance_squared(middle) <= reach);
-        let keep = |place| Some(self.volume.map_or(place, |plane| plane.foot(place)));
+        let keep = |place| Some(self.kept.map_or(place, |plane| plane.foot(place)));
         [best, keep(a), keep(b), keep(middle), c.and_then(keep)]
     }
 

@@ -1,11 +1,13 @@
 //! Options of the simplification as the user gives them, resolved to options and lists over the
 //! points of each mesh.
 
+mod borders;
 mod colors;
 mod importance;
 mod scene_box;
 mod values;
 
+use glam::DMat4;
 use seamwise_attr::{Cost, MAX_DEVIATION, Options, Placement, Settings, Weights};
 
 use crate::document::asset::Asset;
@@ -13,6 +15,8 @@ use crate::document::nodes::{largest_stretch, mesh_worlds, stretches};
 use crate::error::{Error, Result};
 use crate::limit::MemoryLimit;
 use crate::surface::geometry::Geometry;
+pub use borders::BorderLock;
+use borders::lock_borders;
 use colors::Colors;
 pub use importance::Importance;
 use importance::Map;
@@ -49,6 +53,10 @@ pub struct Steering {
     pub join_distance: Option<f64>,
     /// Whether the enclosed volume stays what it is.
     pub keep_volume: bool,
+    /// Whether the area within open borders stays what it is.
+    pub keep_area: bool,
+    /// The open borders that stay as they are, if any: neighbors that are baked apart meet there.
+    pub lock_border: Option<BorderLock>,
     /// Materials by name: the points of their triangles stay as they are, in descent and polish.
     pub lock_materials: Vec<String>,
     /// A vertex attribute of one component: points where it is above 0.5 stay as they are.
@@ -80,6 +88,8 @@ impl Default for Steering {
             max_rotation: Settings::default().max_rotation,
             join_distance: None,
             keep_volume: false,
+            keep_area: false,
+            lock_border: None,
             lock_materials: Vec::new(),
             lock_attribute: None,
             importance: Importance::default(),
@@ -96,6 +106,7 @@ impl Steering {
         self.settings(1.0, 1.0)
             .check()
             .map_err(|error| Error::Options { what: error.to_string() })?;
+        self.lock_border.as_ref().map_or(Ok(()), BorderLock::check)?;
         self.importance.check()
     }
 
@@ -126,7 +137,7 @@ impl Steering {
             Ok(MeshSteering {
                 stretches,
                 settings: self.settings(stretch, scene.diagonal()),
-                locked: self.locks(geometry, &materials)?,
+                locked: self.locks(geometry, &materials, worlds, &scene)?,
                 importance: self.importance.of_points(geometry, map.as_ref(), worlds)?,
                 colors: match self.max_deviation {
                     Some(_) => colors.of_points(geometry)?,
@@ -156,12 +167,19 @@ impl Steering {
             max_rotation: self.max_rotation,
             join_distance: self.join_distance.map(|distance| distance / stretch),
             keep_volume: self.keep_volume,
+            keep_area: self.keep_area,
             ..Settings::for_diagonal(diagonal)
         }
     }
 
     /// One per point: whether it is locked. Empty if nothing is.
-    fn locks(&self, geometry: &Geometry, materials: &[usize]) -> Result<Vec<bool>> {
+    fn locks(
+        &self,
+        geometry: &Geometry,
+        materials: &[usize],
+        worlds: &[DMat4],
+        scene: &SceneBox,
+    ) -> Result<Vec<bool>> {
         let mesh = &geometry.welded.mesh;
         let mut locked = Vec::new();
         for (group, part) in (0..).zip(&geometry.parts) {
@@ -177,6 +195,9 @@ impl Steering {
                 locked.resize(mesh.positions.len(), false);
                 locked[point] |= value > 0.5;
             }
+        }
+        if let Some(lock) = &self.lock_border {
+            lock_borders(lock, &mut locked, &geometry.welded.mesh, worlds, scene);
         }
         Ok(locked)
     }

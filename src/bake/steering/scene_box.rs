@@ -8,8 +8,8 @@ use crate::surface::geometry::Geometry;
 /// A box along the axes of the world.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SceneBox {
-    low: DVec3,
-    high: DVec3,
+    pub(super) low: DVec3,
+    pub(super) high: DVec3,
 }
 
 impl SceneBox {
