@@ -1,9 +1,11 @@
-//! The levels of every surface of an asset: simplified and polished, the surfaces in parallel.
+//! The levels of every surface of an asset: simplified and polished, the surfaces in parallel, each in the
+//! frame that it is shown in.
 
+use std::borrow::Cow;
 use std::sync::atomic::AtomicUsize;
 
 use rayon::prelude::*;
-use seamwise_attr::{Level, Polish, Shared, polish_chain, simplify_chain, simplify_together};
+use seamwise_attr::{Level, Mesh, Polish, Shared, polish_chain, simplify_chain, simplify_together};
 
 use super::options::{BakeOptions, BudgetPer};
 use super::steering::MeshSteering;
@@ -20,15 +22,29 @@ pub(crate) fn simplify_all(
 ) -> Result<Vec<Vec<Level>>> {
     let least = options.targets.counts(triangle_count(geometries)).last().copied();
     let to_remove = least.map_or(0, |least| triangle_count(geometries).saturating_sub(least));
+    let meshes: Vec<Cow<'_, Mesh>> =
+        geometries.par_iter().zip(steering).map(|(own, steering)| shown(own, steering)).collect();
     let simplify = |removed: &AtomicUsize| match options.budget_per {
-        BudgetPer::Scene if geometries.len() > 1 => {
-            together(geometries, steering, options, removed)
-        }
+        BudgetPer::Scene if geometries.len() > 1 => together(&meshes, steering, options, removed),
         BudgetPer::Scene | BudgetPer::Mesh => {
-            simplify_separately(geometries, steering, options, (progress, removed))
+            simplify_separately(&meshes, steering, options, (progress, removed))
         }
     };
-    progress.stage("simplify", to_remove, simplify)
+    let mut chains = progress.stage("simplify", to_remove, simplify)?;
+    let levels = chains.par_iter_mut().zip(&meshes).zip(geometries).zip(steering);
+    levels.for_each(|(((chain, mesh), geometry), steering)| {
+        if let Some(frame) = steering.frame() {
+            let source = &geometry.welded.mesh;
+            chain.iter_mut().for_each(|level| frame.bring_back(level, source, mesh));
+        }
+    });
+    Ok(chains)
+}
+
+/// A surface in the frame that it is shown in.
+fn shown<'a>(geometry: &'a Geometry, steering: &MeshSteering) -> Cow<'a, Mesh> {
+    let mesh = &geometry.welded.mesh;
+    steering.frame().map_or(Cow::Borrowed(mesh), |frame| Cow::Owned(frame.show(mesh)))
 }
 
 fn internal(error: &seamwise_attr::Error) -> Error {
@@ -37,39 +53,39 @@ fn internal(error: &seamwise_attr::Error) -> Error {
 
 /// Simplifies each surface to its own targets, the surfaces in parallel.
 fn simplify_separately(
-    geometries: &[Geometry],
+    meshes: &[Cow<'_, Mesh>],
     steering: &[MeshSteering],
     options: &BakeOptions,
     (progress, removed): (&Progress, &AtomicUsize),
 ) -> Result<Vec<Vec<Level>>> {
-    let shares = options.targets.shares(triangle_count(geometries));
-    let simplify = |(geometry, steering): (&Geometry, &MeshSteering)| {
+    let shares = options.targets.shares(count(meshes));
+    let simplify = |(mesh, steering): (&Cow<'_, Mesh>, &MeshSteering)| {
         progress.check("simplify")?;
-        let least = if geometries.len() > 1 { MIN_TRIANGLES } else { 1 };
-        let targets = targets(geometry, &shares, least);
-        simplify_chain(&geometry.welded.mesh, &targets, &steering.options(), removed)
+        let least = if meshes.len() > 1 { MIN_TRIANGLES } else { 1 };
+        let targets = targets(mesh, &shares, least);
+        simplify_chain(mesh, &targets, &steering.options(), removed)
             .map_err(|error| internal(&error))
     };
-    geometries.par_iter().zip(steering).map(simplify).collect()
+    meshes.par_iter().zip(steering).map(simplify).collect()
 }
 
 /// Simplifies all surfaces to common targets.
 fn together(
-    geometries: &[Geometry],
+    meshes: &[Cow<'_, Mesh>],
     steering: &[MeshSteering],
     options: &BakeOptions,
     removed: &AtomicUsize,
 ) -> Result<Vec<Vec<Level>>> {
-    let surfaces: Vec<Shared<'_>> = geometries
+    let surfaces: Vec<Shared<'_>> = meshes
         .iter()
         .zip(steering)
-        .map(|(geometry, steering)| Shared {
-            mesh: &geometry.welded.mesh,
+        .map(|(mesh, steering)| Shared {
+            mesh,
             options: steering.options(),
             stretches: steering.stretches(),
         })
         .collect();
-    let counts = options.targets.counts(triangle_count(geometries));
+    let counts = options.targets.counts(count(meshes));
     simplify_together(&surfaces, &counts, removed).map_err(|error| internal(&error))
 }
 
@@ -87,8 +103,17 @@ pub(crate) fn polish_all(
         geometries.par_iter().zip(chains).zip(steering).try_for_each(
             |((geometry, levels), steering)| {
                 progress.check("polish")?;
-                polish_chain(&geometry.welded.mesh, levels, &steering.options(), polish, done)
-                    .map_err(|error| internal(&error))
+                let mesh = shown(geometry, steering);
+                if let Some(frame) = steering.frame() {
+                    levels.iter_mut().for_each(|level| level.mesh = frame.show(&level.mesh));
+                }
+                polish_chain(&mesh, levels, &steering.options(), polish, done)
+                    .map_err(|error| internal(&error))?;
+                if let Some(frame) = steering.frame() {
+                    let source = &geometry.welded.mesh;
+                    levels.iter_mut().for_each(|level| frame.bring_back(level, source, &mesh));
+                }
+                Ok(())
             },
         )
     })
@@ -98,10 +123,14 @@ pub(crate) fn polish_all(
 const MIN_TRIANGLES: usize = 12;
 
 /// The triangles each level of a surface is to have, `least` if it has so many.
-fn targets(geometry: &Geometry, shares: &[f64], least: usize) -> Vec<usize> {
-    let own = geometry.welded.mesh.triangles.len();
+fn targets(mesh: &Mesh, shares: &[f64], least: usize) -> Vec<usize> {
+    let own = mesh.triangles.len();
     let share = |share: &f64| ((own as f64 * share).round() as usize).max(least.min(own));
     shares.iter().map(share).collect()
+}
+
+fn count(meshes: &[Cow<'_, Mesh>]) -> usize {
+    meshes.iter().map(|mesh| mesh.triangles.len()).sum()
 }
 
 pub(crate) fn triangle_count(geometries: &[Geometry]) -> usize {

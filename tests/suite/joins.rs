@@ -260,3 +260,28 @@ fn tiles_that_are_baked_apart_meet_to_the_bit_where_their_borders_are_locked() {
         assert!(left == right && left.iter().all(|points| points.len() == 25), "{lock:?}");
     }
 }
+
+#[test]
+fn what_a_node_squeezes_is_simplified_as_it_is_shown() {
+    let bumps = |height: f64| {
+        sheet([48, 48], move |u, v| {
+            DVec3::new(u, height * 0.05 * (11.0 * u).sin() * (7.0 * v).cos(), -v)
+        })
+    };
+    let shown = |height: f64| {
+        let mut build = Build::of(&bumps(height));
+        build.json["nodes"][0]["scale"] = json!([1.0, 1.0 / height, 1.0]);
+        Baked::bytes("bumps", &build.glb(), &unmeasured())
+    };
+    let off = |baked: &Baked, level: usize| {
+        let triangles = world_triangles(&baked.level(level));
+        let points: Vec<DVec3> = triangles.iter().map(|t| (t[0] + t[1] + t[2]) / 3.0).collect();
+        let height = |p: &DVec3| p.y - 0.05 * (11.0 * p.x).sin() * (-7.0 * p.z).cos();
+        (points.iter().map(|p| height(p).powi(2)).sum::<f64>() / points.len() as f64).sqrt()
+    };
+    let (plain, squeezed) = (shown(1.0), shown(100.0));
+    for level in 1..=4 {
+        let (own, other) = (off(&squeezed, level), off(&plain, level));
+        assert!(own < 1.1 * other, "{own} and {other} at level {level}");
+    }
+}

@@ -3,6 +3,7 @@
 
 mod borders;
 mod colors;
+mod frame;
 mod importance;
 mod scene_box;
 mod values;
@@ -18,6 +19,7 @@ use crate::surface::geometry::Geometry;
 pub use borders::BorderLock;
 use borders::lock_borders;
 use colors::Colors;
+use frame::ShownFrame;
 pub use importance::Importance;
 use importance::Map;
 use scene_box::SceneBox;
@@ -68,9 +70,11 @@ pub struct Steering {
 /// Options of the simplification of one mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct MeshSteering {
-    /// One per instance in the scene: the largest factor on lengths of the mesh.
+    /// The frame that the mesh is simplified in, if that is not its own.
+    frame: Option<ShownFrame>,
+    /// One per instance in the scene: the largest factor on lengths in that frame.
     stretches: Vec<f64>,
-    /// Lengths are in the units of the mesh.
+    /// Lengths are in the units of that frame.
     settings: Settings,
     /// One per point, or empty.
     locked: Vec<bool>,
@@ -133,8 +137,11 @@ impl Steering {
         let mut colors = Colors::new(asset, limit);
         let steer = |geometry: &Geometry| {
             let worlds = worlds.get(&geometry.meshes[0]).map_or(&[][..], Vec::as_slice);
-            let (stretch, stretches) = (largest_stretch(worlds), stretches(worlds));
+            let frame = ShownFrame::of(worlds);
+            let in_frame = frame.map_or_else(|| worlds.to_vec(), |frame| frame.worlds(worlds));
+            let (stretch, stretches) = (largest_stretch(&in_frame), stretches(&in_frame));
             Ok(MeshSteering {
+                frame,
                 stretches,
                 settings: self.settings(stretch, scene.diagonal()),
                 locked: self.locks(geometry, &materials, worlds, &scene)?,
@@ -148,7 +155,7 @@ impl Steering {
         geometries.iter().map(steer).collect()
     }
 
-    /// The settings of a mesh that a scene of this diagonal shows `stretch` times as long.
+    /// The settings of a mesh that a scene of this diagonal shows `stretch` times as long, at most.
     fn settings(&self, stretch: f64, diagonal: f64) -> Settings {
         let weights = match self.order {
             Order::Quadric | Order::EdgeLength => Weights::default(),
@@ -214,7 +221,12 @@ impl MeshSteering {
         }
     }
 
-    /// The largest factor on lengths of the mesh in the scene.
+    /// The frame that the mesh is simplified in, if that is not its own.
+    pub(crate) fn frame(&self) -> Option<&ShownFrame> {
+        self.frame.as_ref()
+    }
+
+    /// The largest factor on lengths of the mesh, in its frame, in the scene.
     pub(crate) fn stretch(&self) -> f64 {
         self.stretches.iter().copied().fold(0.0, f64::max)
     }
