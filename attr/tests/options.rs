@@ -105,6 +105,38 @@ fn a_closed_surface_keeps_its_volume_through_descent_and_polish() {
 }
 
 #[test]
+fn an_island_keeps_its_area_though_its_coast_gets_coarser() {
+    let (rings, around) = (12, 96);
+    let mut positions = vec![Vec3::ZERO];
+    for ring in 1..=rings {
+        for at in 0..around {
+            let turn = at as f32 / around as f32 * std::f32::consts::TAU;
+            let radius = ring as f32 / rings as f32 * (1.0 + 0.1 * (7.0 * turn).sin());
+            positions.push(Vec3::new(radius * turn.cos(), radius * turn.sin(), 0.0));
+        }
+    }
+    let at = |ring: u32, k: u32| if ring == 0 { 0 } else { 1 + (ring - 1) * around + k % around };
+    let mut indices = Vec::new();
+    for (ring, k) in (0..rings).flat_map(|ring| (0..around).map(move |k| (ring, k))) {
+        let [a, b, c, d] = [at(ring, k), at(ring + 1, k), at(ring + 1, k + 1), at(ring, k + 1)];
+        indices.extend([a, b, c]);
+        if ring > 0 {
+            indices.extend([a, c, d]);
+        }
+    }
+    let mesh = weld(&Vertices::new(&positions, &indices).expect("an island")).expect("one").mesh;
+    let area = |mesh: &Mesh| {
+        let corners = (0..mesh.triangles.len()).map(|t| mesh.triangle_positions(t));
+        corners.map(|[a, b, c]| f64::from((b - a).cross(c - a).z)).sum::<f64>()
+    };
+    let off = |level: &Level| (area(&level.mesh) / area(&mesh) - 1.0).abs();
+    let kept = Settings { keep_area: true, ..Settings::default() }.into();
+    let (free, level) = (chain(&mesh, 30, &Options::default()), chain(&mesh, 30, &kept));
+    assert!(off(&level) < 1e-5 && off(&level) < 0.1 * off(&free), "{} {}", off(&level), off(&free));
+    assert!(off(&polished(&mesh, level, &kept)) < 1e-5);
+}
+
+#[test]
 fn the_ends_placement_keeps_vertices_of_the_source_to_the_bit() {
     let mesh = sphere(24);
     let options = Settings { placement: Placement::Ends, ..Settings::default() }.into();

@@ -69,11 +69,11 @@ class Shown:
         return edges[counts == 1]
 
     def gap(self):
-        """The largest distance of the middle of a border edge to the next border edge; of borders on the sides
-        of the box around all none counts."""
+        """The largest distance of the middle of a border edge to the next border edge; of borders along the
+        sides of the box around all none counts."""
         edges = self.borders()
         ends = self.positions[edges]
-        near = 1e-5 * self.diagonal
+        near = 5e-3 * self.diagonal
         on_side = lambda side: (np.abs(ends - side) < near).all(1).any(1)
         edges = edges[~(on_side(self.low) | on_side(self.high))]
         if len(edges) < 2:

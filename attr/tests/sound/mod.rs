@@ -45,6 +45,7 @@ struct Wishes {
     /// In sides of the sheet.
     join_distance: Option<f64>,
     keep_volume: bool,
+    keep_area: bool,
     /// In sides of the sheet.
     max_deviation: Option<f64>,
     max_lost_area: f64,
@@ -78,6 +79,7 @@ impl Wishes {
             },
             max_lost_area: 1.0 - f64::from(u.arbitrary::<u8>()?) / 255.0,
             seen: u.arbitrary()?,
+            keep_area: u.arbitrary::<bool>()? && placement == Placement::Best,
         })
     }
 }
@@ -239,6 +241,7 @@ pub(crate) fn chains(recipe: &Recipe) -> Option<(Mesh, [Vec<Level>; 2])> {
         max_rotation: wishes.max_rotation,
         join_distance: wishes.join_distance.map(|share| share * f64::from(recipe.scale)),
         keep_volume: wishes.keep_volume,
+        keep_area: wishes.keep_area,
         max_deviation: wishes.max_deviation.map(|share| share * f64::from(recipe.scale)),
         max_lost_area: wishes.max_lost_area,
         ..Settings::default()
