@@ -25,6 +25,9 @@ const ROUNDING_STEPS: f64 = 2.0;
 /// How many times longer than the distance across a seam its edges are at least.
 const MIN_EDGE: f64 = 4.0;
 
+/// More edges than this around one place are a crowd, in which none is told from the others.
+const MAX_CROWD: usize = 64;
+
 /// Triangles lie back to back if they enclose an angle of less than 30°.
 const BACK_TO_BACK: f64 = 0.866;
 
@@ -127,7 +130,11 @@ fn unique_pairs(edges: &[BorderEdge], left: &[usize], reach: Reach) -> Vec<[usiz
         let mut found = None;
         for corner in 0..8usize {
             let key = [0, 1, 2].map(|axis| [low, high][(corner >> axis) & 1][axis]);
-            for &other in cells.get(&key).map_or(&[][..], Vec::as_slice) {
+            let near = cells.get(&key).map_or(&[][..], Vec::as_slice);
+            if near.len() > MAX_CROWD {
+                return None;
+            }
+            for &other in near {
                 if other != edge && own.is_one_with(&edges[other], reach) {
                     if found.is_some_and(|found| found != other) {
                         return None;
@@ -389,6 +396,25 @@ mod tests {
         assert_eq!(census(&lips).shells, 1);
         lips.motion = (0..lips.positions.len()).map(|v| u32::from(v >= 45)).collect();
         assert_eq!(census(&lips).shells, 2);
+    }
+
+    #[test]
+    fn a_crowd_of_layers_takes_no_time() {
+        let card = |k: u32| {
+            let off = DVec3::new(0.0, 0.0, 1e-12 * f64::from(k));
+            sheet([1, 1], move |u, v| DVec3::new(u, v, 1e-3) + off)
+        };
+        let mut cards = card(0);
+        for k in 1..4000 {
+            let (own, first) = (card(k), cards.positions.len() as u32);
+            cards.positions.extend(own.positions.iter().map(|p| *p + Vec3::Z * 1e-10 * k as f32));
+            cards.attributes.extend(own.attributes);
+            cards.triangles.extend(own.triangles.iter().map(|t| t.map(|v| v + first)));
+        }
+        cards.groups = vec![0; cards.triangles.len()];
+        let start = std::time::Instant::now();
+        assert!(weld(&cards).is_ok());
+        assert!(start.elapsed().as_secs() < 5);
     }
 
     #[test]

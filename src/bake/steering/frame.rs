@@ -31,6 +31,9 @@ impl ShownFrame {
         let mut metrics: Vec<Matrix3<f64>> =
             metrics.filter(|own| own.iter().all(|x| x.is_finite())).collect();
         metrics.sort_by(|a, b| b.trace().total_cmp(&a.trace()));
+        // Of any size: squares of large scales may be beyond all numbers.
+        let size = metrics.first().map(Matrix3::trace).filter(|size| size.is_finite())?;
+        metrics.iter_mut().for_each(|metric| *metric /= size);
         let (first, others) = metrics.split_first()?;
         let metric = others.iter().fold(above_least(first), join);
         let eigen = SymmetricEigen::new(metric);
