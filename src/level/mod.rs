@@ -43,11 +43,22 @@ impl<'a> LevelMesh<'a> {
     /// # Errors
     /// [`Error::Internal`](crate::error::Error::Internal) if the level does not belong to the geometry.
     pub fn new(geometry: &'a Geometry, level: &Level, textures: &[PartTextures]) -> Result<Self> {
+        Self::with_positions(geometry, level, textures, false)
+    }
+
+    /// The same; `rounds` tells that positions are about to be rounded.
+    fn with_positions(
+        geometry: &'a Geometry,
+        level: &Level,
+        textures: &[PartTextures],
+        rounds: bool,
+    ) -> Result<Self> {
         let (own, source) = (&level.mesh, &geometry.welded.mesh);
         let is_whole = own.triangles.len() == source.triangles.len()
             && own.positions.len() == source.positions.len();
         let is_source = is_whole && textures.iter().all(|own| *own == PartTextures::default());
-        let parts = (!is_source).then(|| level_parts(geometry, level, textures)).transpose()?;
+        let parts =
+            (!is_source).then(|| level_parts(geometry, level, textures, rounds)).transpose()?;
         Ok(Self { geometry, triangles: own.triangles.len(), parts, grid: None })
     }
 
@@ -95,11 +106,12 @@ impl<'a> LevelAssembly<'a> {
         let assemble = |(level, textures): (&[Level], LevelTextures)| {
             let surfaces = self.geometries.par_iter().zip(level).zip(&textures.parts);
             let meshes = surfaces.map(|((geometry, level), textures)| {
-                let mut mesh = LevelMesh::new(geometry, level, textures)?;
-                if compress {
-                    let may_scale = !self.keeps_positions && may_scale(self.asset, geometry)?;
-                    mesh.quantize(level.error, may_scale);
+                if !compress {
+                    return LevelMesh::new(geometry, level, textures);
                 }
+                let rounds = !self.keeps_positions && may_scale(self.asset, geometry)?;
+                let mut mesh = LevelMesh::with_positions(geometry, level, textures, rounds)?;
+                mesh.quantize(level.error, rounds);
                 Ok(mesh)
             });
             Ok(AssetLevel { meshes: meshes.collect::<Result<_>>()?, textures })

@@ -23,7 +23,7 @@ use crate::surface::tangents::Corners;
 /// triangle is left is `None`, and so is one that was joined to another before it.
 ///
 /// `textures` has one entry per part: a normal map that is made anew needs the tangents that it is made
-/// for; others have tangents if the source has.
+/// for; others have tangents if the source has. `rounds` tells that positions are about to be rounded.
 ///
 /// # Errors
 /// [`Error::Internal`](crate::error::Error::Internal) if the level does not belong to the geometry.
@@ -31,8 +31,9 @@ pub(crate) fn level_parts(
     geometry: &Geometry,
     level: &Level,
     textures: &[PartTextures],
+    rounds: bool,
 ) -> Result<Vec<Option<LevelPart>>> {
-    let sampler = SourceSampler::new(geometry, level);
+    let sampler = SourceSampler::new(geometry, level, rounds);
     let part = |(group, own): (usize, &PartTextures)| level_part(&sampler, group, *own);
     let mut parts = textures.iter().enumerate().map(part).collect::<Result<Vec<_>>>()?;
     join_parts(&mut parts, textures);
@@ -163,7 +164,7 @@ impl LevelVertices {
 fn attribute(
     name: &str,
     part: &Part,
-    SourceSampler { geometry, level, .. }: &SourceSampler<'_>,
+    SourceSampler { geometry, level, rounds, .. }: &SourceSampler<'_>,
     vertices: &LevelVertices,
     carried: &[Named],
 ) -> Elements {
@@ -175,7 +176,7 @@ fn attribute(
     let uv_set = name.strip_prefix("TEXCOORD_").and_then(|set| set.parse::<usize>().ok());
     match (name, uv_set) {
         ("POSITION", _) => {
-            let position = |&wedge: &WedgeId| geometry.position(level, wedge).to_array();
+            let position = |&wedge: &WedgeId| geometry.position(level, wedge, *rounds).to_array();
             float_elements(3, vertices.wedges.iter().flat_map(position))
         }
         ("NORMAL", _) => {

@@ -24,6 +24,8 @@ use crate::surface::geometry::{Geometry, Part, is_motion};
 pub(crate) struct SourceSampler<'a> {
     pub(crate) geometry: &'a Geometry,
     pub(crate) level: &'a Level,
+    /// Whether positions are about to be rounded.
+    pub(crate) rounds: bool,
     /// One per wedge of the level; none at all if nothing moves.
     origins: Vec<Origin>,
 }
@@ -46,14 +48,14 @@ struct Corner<'a> {
 }
 
 impl<'a> SourceSampler<'a> {
-    pub(crate) fn new(geometry: &'a Geometry, level: &'a Level) -> Self {
+    pub(crate) fn new(geometry: &'a Geometry, level: &'a Level, rounds: bool) -> Self {
         let moves = |part: &Part| !part.targets.is_empty() || !motion(part).is_empty();
         let origins = if geometry.parts.iter().any(moves) {
             find_origins(&geometry.welded.mesh, level, &kinds(&geometry.parts))
         } else {
             Vec::new()
         };
-        Self { geometry, level, origins }
+        Self { geometry, level, rounds, origins }
     }
 
     /// The sources of wedges of the level, all of one part.

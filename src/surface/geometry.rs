@@ -110,8 +110,9 @@ impl Geometry {
     }
 
     /// The position of a level's wedge in the space of its mesh: that of the vertex it stands for, to the
-    /// bit, where it has not moved.
-    pub(crate) fn position(&self, level: &Level, wedge: WedgeId) -> Vec3 {
+    /// bit, where it has not moved. With `rounds` that of its point, since two that are about to be rounded may
+    /// come a step apart.
+    pub(crate) fn position(&self, level: &Level, wedge: WedgeId, rounds: bool) -> Vec3 {
         let (source, own) = (level.wedge_sources[wedge], &level.mesh);
         let position = own.positions[own.wedge_points[wedge]];
         let stays = position == self.welded.mesh.positions[self.welded.mesh.wedge_points[source]];
@@ -120,8 +121,8 @@ impl Geometry {
         match (&part.local, stays) {
             (Some(local), true) => local.positions[(vertex - part.first) as usize],
             (Some(local), false) => local.frame.point_back(position),
-            (None, true) => self.welded.vertex_position(source),
-            (None, false) => position,
+            (None, true) if !rounds => self.welded.vertex_position(source),
+            (None, _) => position,
         }
     }
 
