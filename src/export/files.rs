@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, percent_decode_str, utf8_percent_encode};
+use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, utf8_percent_encode};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use super::glb::{container, join_buffers, json_bytes};
+use super::glb::{container, join_buffers, json_bytes, uri_stem};
 pub use super::lod_nodes::Layout;
 use crate::compression::squeeze;
 use crate::document::asset::Asset;
@@ -158,12 +158,7 @@ impl Images {
 /// The name that a document has for an image, of its file if it had one; without what file systems
 /// object to.
 fn base_name(image: &Value) -> Option<String> {
-    let uri = image.get("uri").and_then(Value::as_str).filter(|uri| !uri.starts_with("data:"));
-    let file = uri.map(|uri| {
-        let path = percent_decode_str(uri).decode_utf8_lossy().into_owned();
-        let file = path.rsplit('/').next().unwrap_or_default().to_owned();
-        file.rsplit_once('.').map_or(file.clone(), |(base, _)| base.to_owned())
-    });
+    let file = image.get("uri").and_then(Value::as_str).and_then(uri_stem);
     let name = file.or_else(|| image.get("name").and_then(Value::as_str).map(str::to_owned))?;
     let is_plain = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.' | ' ');
     let name: String = name.chars().map(|c| if is_plain(c) { c } else { '_' }).collect();

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use percent_encoding::percent_decode_str;
 use serde_json::{Value, json};
 
 use crate::document::asset::Asset;
@@ -38,6 +39,17 @@ pub(crate) fn container(joined: Asset) -> Result<Vec<u8>> {
         bin: bin.map(Cow::Owned),
     };
     glb.to_vec().map_err(Error::internal)
+}
+
+/// The name of the file that a URI leads to, without its folder and extension; none of a data URI.
+pub(super) fn uri_stem(uri: &str) -> Option<String> {
+    if uri.starts_with("data:") {
+        return None;
+    }
+    let path = percent_decode_str(uri).decode_utf8_lossy().into_owned();
+    let file = path.rsplit(['/', '\\']).next().unwrap_or_default();
+    let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
+    (!stem.is_empty()).then(|| stem.to_owned())
 }
 
 /// Brings all bytes that the document refers to into one buffer, images among them unless each has a
@@ -87,12 +99,17 @@ pub(crate) fn join_buffers(asset: &Asset, beside: Option<&[String]>) -> Result<A
         let own = json["images"][index]
             .as_object_mut()
             .ok_or_else(|| Error::invalid(format!("/images/{index}"), "not an object"))?;
-        own.shift_remove("uri");
+        let named = own.shift_remove("uri");
         own.shift_remove("bufferView");
         match beside {
             Some(uris) => own.insert("uri".into(), json!(uris[index])),
             None => own.insert("bufferView".into(), view),
         };
+        // Inside a file it has no file's name any more, by which people know it.
+        let stem = named.as_ref().and_then(Value::as_str).and_then(uri_stem);
+        if let (Some(stem), None) = (stem, beside) {
+            own.entry("name").or_insert(json!(stem));
+        }
         own.insert("mimeType".into(), json!(image.format.mime()));
     }
     match_formats(&mut json, &asset.images);
@@ -109,6 +126,29 @@ pub(crate) fn join_buffers(asset: &Asset, beside: Option<&[String]>) -> Result<A
 mod tests {
     use super::*;
     use std::path::Path;
+
+    #[test]
+    fn an_image_keeps_the_name_of_its_file_unless_it_has_one_of_its_own() {
+        use crate::image_file::encoded::{EncodedImage, ImageFormat};
+        let image = EncodedImage { bytes: b"texels".to_vec().into(), format: ImageFormat::Png };
+        let asset = Asset {
+            json: json!({"images": [
+                {"uri": "../maps/base%20color.v2.png"},
+                {"uri": "a.png", "name": "Cloth"},
+                {"uri": "data:image/png;base64,AA=="},
+            ]}),
+            images: vec![image; 3],
+            ..Asset::default()
+        };
+        let names = |joined: Asset| {
+            let images = joined.json["images"].as_array().cloned().unwrap_or_default();
+            images.iter().map(|image| image["name"].clone()).collect::<Vec<_>>()
+        };
+        let inside = names(join_buffers(&asset, None).unwrap());
+        assert_eq!(inside, [json!("base color.v2"), json!("Cloth"), Value::Null]);
+        let uris = ["1", "2", "3"].map(String::from);
+        assert_eq!(names(join_buffers(&asset, Some(&uris)).unwrap())[0], Value::Null);
+    }
 
     #[test]
     fn a_glb_is_read_back_as_it_was() {
