@@ -7,12 +7,18 @@ use std::time::Duration;
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A file can't be read or written.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {}", path.display(), plain(source))]
     Io {
         /// The file.
         path: PathBuf,
         /// The system's error.
         source: std::io::Error,
+    },
+    /// A file is of a kind that can't be read or written here.
+    #[error("{what}")]
+    Kind {
+        /// The kind, and what to do.
+        what: String,
     },
     /// A file is wrong.
     #[error("{at}: {what}")]
@@ -59,12 +65,14 @@ impl Error {
         Self::Invalid { what: what.into(), at: at.into() }
     }
 
-    /// Adds the file that the error was found in.
-    pub(crate) fn in_file(self, path: &Path) -> Self {
+    /// Adds the file that the error was found in, unless it names one already.
+    #[must_use]
+    pub fn in_file(self, path: &Path) -> Self {
         let path = path.display();
         match self {
             Self::Invalid { what, at } => Self::Invalid { what, at: format!("{path}: {at}") },
             Self::Unsupported { what } => Self::Unsupported { what: format!("{path}: {what}") },
+            Self::Kind { what } => Self::Kind { what: format!("{path}: {what}") },
             Self::Options { what } => Self::Options { what: format!("{path}: {what}") },
             other => other,
         }
@@ -82,5 +90,55 @@ impl Error {
     }
 }
 
+/// The reason why a file can't be read or written in plain words: no number, and no other name.
+fn plain(error: &std::io::Error) -> String {
+    use std::io::ErrorKind;
+    let known = match error.kind() {
+        ErrorKind::NotFound => "there is no such file or folder",
+        ErrorKind::PermissionDenied => "permission denied",
+        ErrorKind::IsADirectory => "it is a folder, not a file",
+        ErrorKind::NotADirectory => "a part of its path is a file, not a folder",
+        ErrorKind::AlreadyExists => "there is a file of that name already",
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => "the disk is full",
+        ErrorKind::ReadOnlyFilesystem => "the disk may only be read",
+        ErrorKind::InvalidFilename => "its name is too long, or has signs that no file may have",
+        _ => "",
+    };
+    if !known.is_empty() {
+        return known.to_owned();
+    }
+    let text = error.to_string();
+    let text = text.split(" at path ").next().unwrap_or_default();
+    text.split(" (os error").next().unwrap_or_default().to_owned()
+}
+
 /// A result of the tool.
 pub type Result<T> = std::result::Result<T, Error>;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_system_is_quoted_without_its_numbers_and_without_other_names() {
+        let said = |error: std::io::Error| Error::io("a.glb", error).to_string();
+        assert_eq!(
+            said(std::io::Error::from_raw_os_error(2)),
+            "a.glb: there is no such file or folder"
+        );
+        // Too many open files.
+        let many = said(std::io::Error::from_raw_os_error(24));
+        assert!(many.starts_with("a.glb: ") && !many.contains("os error"), "{many}");
+        let wrapped = std::io::Error::other("Odd (os error 99) at path \"/tmp/.seamwise-1.tmp\"");
+        assert_eq!(said(wrapped), "a.glb: Odd");
+    }
+
+    #[test]
+    fn a_file_is_named_once() {
+        let path = Path::new("a.glb");
+        let missing = Error::io("a.glb", std::io::Error::from_raw_os_error(2)).in_file(path);
+        assert_eq!(missing.to_string().matches("a.glb").count(), 1);
+        let kind = Error::Kind { what: "an FBX file".into() }.in_file(path);
+        assert_eq!(kind.to_string(), "a.glb: an FBX file");
+    }
+}

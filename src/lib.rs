@@ -49,7 +49,7 @@
 //!
 //! let input = Input::File(Path::new("helmet.gltf"));
 //! let report = bake(input, Path::new("out"), &BakeOptions::default(), &Progress::hidden())?;
-//! println!("{}", report.to_table());
+//! println!("{}", report.to_text(80));
 //! # Ok::<(), seamwise::Error>(())
 //! ```
 
@@ -75,7 +75,7 @@ pub mod transfer;
 pub mod warning;
 
 pub use bake::options::BakeOptions;
-pub use bake::{Baked, BakedFile, bake_bytes};
+pub use bake::{Baked, BakedFile, bake_bytes, bake_in_memory};
 pub use error::{Error, Result};
 
 pub use glam;

@@ -44,7 +44,7 @@ impl Input<'_> {
     pub fn outputs(&self, folder: &Path, options: &BakeOptions) -> Vec<PathBuf> {
         let stem = self.stem();
         let documents = options.output.names(&stem, options.targets.count());
-        let page = options.report.map(|_| format!("{stem}.html"));
+        let page = options.report.filter(|page| !page.apart).map(|_| format!("{stem}.html"));
         let names = options.output.files(&documents).into_iter().chain(page);
         names.map(|name| folder.join(name)).chain([self.report(folder)]).collect()
     }
@@ -76,10 +76,12 @@ impl Input<'_> {
         self.path().map_or(Ok(()), |path| refuse_overwriting(path, outputs))
     }
 
-    /// The files beside the input that it names.
-    pub(super) fn named_files(&self, asset: &Asset, options: ReadOptions) -> Vec<PathBuf> {
+    /// The input's own file, if it is one, and those that it names.
+    pub(super) fn files(&self, asset: &Asset, options: ReadOptions) -> Vec<PathBuf> {
         self.path().map_or(Vec::new(), |path| {
-            import::document_files(&asset.json, options.uri_policy(folder_of(path)))
+            let policy = options.uri_policy(folder_of(path));
+            let named = import::document_files(&asset.json, policy);
+            [path.to_owned()].into_iter().chain(named).collect()
         })
     }
 

@@ -1,6 +1,7 @@
 //! The straight line: read → weld → simplify → polish → repair → evaluate → write. The only file that knows
 //! the order of the stages.
 
+pub(crate) mod baked;
 pub(crate) mod digest;
 pub(crate) mod input;
 pub mod options;
@@ -22,7 +23,7 @@ use crate::error::Result;
 use crate::evaluate::load::{TextureCache, load};
 use crate::evaluate::{self, Reference};
 use crate::export::bundle::{Chain, Measured};
-use crate::export::disk::{refuse_overwriting, write_recorded};
+use crate::export::disk::check_writable;
 use crate::export::document::level_asset;
 use crate::image_file::codec::EncodeOptions;
 use crate::image_file::encoded::EncodedImage;
@@ -37,6 +38,7 @@ use crate::report::threads::time_threads;
 use crate::report::{BakeReport, Seconds, mesh_reports, peak_memory};
 use crate::surface::group::weld_all;
 use crate::transfer::{MaterialTextures, Origin, Plan, TransferOptions, transfer_all};
+pub use baked::{Baked, BakedFile};
 use digest::digest;
 pub use input::Input;
 use options::{BakeOptions, Textures};
@@ -45,14 +47,15 @@ use simplify::{polish_all, simplify_all};
 use unsimplified::{Surfaces, warn_of_whole_levels};
 use view::view_all;
 
-/// Bakes the levels of one asset into `folder`: `<stem>_lod1.glb` and so on, `<stem>.glb` with all
-/// of them, or what `options.output` has instead; `<stem>.json` with what was measured, and `<stem>.html` with the same in charts and
-/// pictures if the options ask for it. Either all of them are written or none.
+/// Bakes the levels of one asset into `folder`: `<stem>_lod1.glb` and so on, and what else
+/// `options.output` asks for; `<stem>.json` with what was measured, and `<stem>.html` with the same in
+/// charts and pictures if the options ask for it. Either all of them are written or none; files of an
+/// earlier bake that have no successor go.
 ///
 /// # Errors
 /// [`Error::Io`], [`Error::Invalid`] or [`Error::Unsupported`] if the asset can't be read;
-/// [`Error::Options`] if an output would overwrite the input, or the steering names what is not there;
-/// [`Error::Time`] if it takes longer than `options.time_limit`.
+/// [`Error::Options`] if an output would overwrite the input or can't be written, or the steering names
+/// what is not there; [`Error::Time`] if it takes longer than `options.time_limit`.
 ///
 /// [`Error::Io`]: crate::error::Error::Io
 /// [`Error::Invalid`]: crate::error::Error::Invalid
@@ -67,10 +70,9 @@ pub fn bake(
 ) -> Result<BakeReport> {
     let outputs = input.outputs(folder, options);
     input.refuse_overwriting(&outputs)?;
-    let (baked, sources) = bake_files(input, options, progress)?;
-    let outputs: Vec<PathBuf> = baked.files.iter().map(|file| folder.join(&file.name)).collect();
-    sources.iter().try_for_each(|source| refuse_overwriting(source, &outputs))?;
-    baked.write(folder)?;
+    check_writable(&outputs)?;
+    let mut baked = bake_in_memory(input, options, progress)?;
+    baked.report.removed = baked.write(folder)?;
     Ok(baked.report)
 }
 
@@ -95,63 +97,25 @@ pub fn bake(
 /// # Errors
 /// As [`bake`](fn@bake), but nothing is written.
 pub fn bake_bytes(bytes: &[u8], name: &str, options: &BakeOptions) -> Result<Baked> {
-    Ok(bake_files(Input::Bytes(bytes, name), options, &Progress::hidden())?.0)
+    bake_in_memory(Input::Bytes(bytes, name), options, &Progress::hidden())
 }
 
-/// The files of a bake, and the report on it.
-#[derive(Debug)]
-pub struct Baked {
-    /// The levels, the finest first, then all of them in one and images beside them, as the options ask for
-    /// it; then the page of the report, if there is to be one.
-    pub files: Vec<BakedFile>,
-    /// The report.
-    pub report: BakeReport,
-    /// The report as a file, which is written last.
-    json: BakedFile,
-}
-
-/// A file of a bake.
-#[derive(Clone, PartialEq, Eq)]
-pub struct BakedFile {
-    /// Its name, which may lead into a folder.
-    pub name: String,
-    /// Its content.
-    pub bytes: Vec<u8>,
-}
-
-impl std::fmt::Debug for BakedFile {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} ({} bytes)", self.name, self.bytes.len())
-    }
-}
-
-impl Baked {
-    /// Writes all files into `folder`, which is made if it is not there, with the report as
-    /// `<stem>.json`: either all of them or none.
-    ///
-    /// # Errors
-    /// [`Error::Io`](crate::error::Error::Io) with the file that can't be written.
-    pub fn write(&self, folder: &Path) -> Result<()> {
-        let place = |file: &BakedFile| folder.join(&file.name);
-        let files: Vec<(PathBuf, &[u8])> =
-            self.files.iter().map(|file| (place(file), &file.bytes[..])).collect();
-        write_recorded(&files, &(place(&self.json), &self.json.bytes[..]))
-    }
-}
-
-/// The files of a bake, and those that its input names.
-fn bake_files(
+/// Bakes the levels of one asset, and leaves it to the caller what is written.
+///
+/// # Errors
+/// As [`bake`](fn@bake), but nothing is written.
+pub fn bake_in_memory(
     input: Input<'_>,
     options: &BakeOptions,
     progress: &Progress,
-) -> Result<(Baked, Vec<PathBuf>)> {
+) -> Result<Baked> {
     let progress = &progress.limited(options.time_limit);
     // Before the input is read: if it changes in between, the hash is of what it no longer is.
     let digest = digest(input, options)?;
-    let Levels { mut files, sources, mut report, mut extras } =
-        bake_levels(input, options, progress)?;
+    let Levels { files, sources, mut report, mut extras } = bake_levels(input, options, progress)?;
     report.digest = digest;
-    let stem = input.stem();
+    let files = files.into_iter().map(|(name, bytes)| BakedFile { name, bytes }).collect();
+    let mut baked = Baked { files, page: None, report, stem: input.stem(), sources };
     if let Some(page) = options.report {
         if page.threads {
             let again = BakeOptions { report: None, ..options.clone() };
@@ -159,12 +123,12 @@ fn bake_files(
                 bake_levels(input, &again, &progress.unseen())
             })?;
         }
-        files.push((format!("{stem}.html"), bake_page(&report, &extras)?.into_bytes()));
+        let bytes = bake_page(&baked.report, &extras)?.into_bytes();
+        let page = BakedFile { name: format!("{}.html", baked.stem), bytes };
+        baked.page = Some(page);
     }
-    report.files = files.iter().map(|(name, _)| name.clone()).collect();
-    let files = files.into_iter().map(|(name, bytes)| BakedFile { name, bytes }).collect();
-    let json = BakedFile { name: format!("{stem}.json"), bytes: report.to_json()?.into_bytes() };
-    Ok((Baked { files, report, json }, sources))
+    baked.list_files(options);
+    Ok(baked)
 }
 
 /// Levels as files, before the report on them is complete.
@@ -172,7 +136,7 @@ struct Levels {
     /// Bytes of files by name: the levels, the finest first, then all of them in one, then images
     /// beside them.
     files: Vec<(String, Vec<u8>)>,
-    /// The files that the input names.
+    /// The input's own file and those that it names.
     sources: Vec<PathBuf>,
     report: BakeReport,
     /// Additions to the page of the report.
@@ -247,7 +211,8 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
     };
     let files = clock.time("write", |s| &mut s.write, encode)?;
     let levels = level_reports(&asset, &assembled, &lods, &steering, options, measured.as_ref());
-    let input_report = input_report(input, &geometries);
+    let sources = input.files(&asset, options.reading);
+    let input_report = input_report(input, &sources, &asset, &geometries);
     input.warn_of_name(&mut warnings);
     warn_of_whole_levels(&levels, input_report.triangles, &options.targets, &mut warnings);
     warnings.extend(measured.as_ref().map(|own| own.warnings.clone()).unwrap_or_default());
@@ -256,6 +221,8 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
         schema: 1,
         digest: String::new(),
         files: Vec::new(),
+        file_bytes: Vec::new(),
+        removed: Vec::new(),
         input: input_report,
         warnings,
         screen: options.screen,
@@ -265,7 +232,7 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
         seconds: clock.seconds,
         peak_memory_bytes: peak_memory(),
     };
-    Ok(Levels { files, sources: input.named_files(&asset, options.reading), report, extras })
+    Ok(Levels { files, sources, report, extras })
 }
 
 /// Adds up the wall time of each stage, and ends a bake between two if its time is over.
@@ -283,7 +250,7 @@ impl Clock<'_> {
     ) -> Result<T> {
         self.progress.check(name)?;
         let start = Instant::now();
-        let result = run()?;
+        let result = self.progress.stage(name, 0, |_| run())?;
         *stage(&mut self.seconds) += start.elapsed().as_secs_f64();
         self.progress.check(name)?;
         Ok(result)

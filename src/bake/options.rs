@@ -50,6 +50,8 @@ pub struct BakeOptions {
 pub struct ReportOptions {
     /// The time of the same bake on 1, 2, … threads up to all, which runs it as many times more.
     pub threads: bool,
+    /// Whether the page is not written with the levels: it is for the caller to put somewhere.
+    pub apart: bool,
 }
 
 impl BakeOptions {
@@ -119,7 +121,9 @@ impl Targets {
     /// [`Error::Options`] if there are none, one is not in 0…1 or they grow.
     pub fn ratios(ratios: Vec<f64>) -> Result<Self> {
         if ratios.iter().any(|ratio| !(*ratio > 0.0 && *ratio <= 1.0)) {
-            return Err(Error::Options { what: "each ratio must lie above 0 and up to 1".into() });
+            let what = "each ratio must lie above 0 and up to 1";
+            let hint = as_percents(&ratios).map(|own| format!(": did you mean {own}?"));
+            return Err(Error::Options { what: what.to_owned() + &hint.unwrap_or_default() });
         }
         if ratios.is_empty() || ratios.windows(2).any(|pair| pair[0] < pair[1]) {
             return Err(Error::Options { what: "ratios must be given from fine to coarse".into() });
@@ -165,6 +169,28 @@ impl Targets {
             }
         }
     }
+}
+
+impl std::fmt::Display for Targets {
+    /// As they are typed.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let list: Vec<String> = match self {
+            Self::Ratios(ratios) => ratios.iter().map(|own| format!("{} %", own * 100.0)).collect(),
+            Self::Triangles(counts) => counts.iter().map(ToString::to_string).collect(),
+        };
+        write!(f, "{}", list.join(", "))?;
+        match self {
+            Self::Ratios(_) => Ok(()),
+            Self::Triangles(_) => write!(f, " triangles"),
+        }
+    }
+}
+
+/// Percents as the shares that were meant, if they can be that.
+fn as_percents(ratios: &[f64]) -> Option<String> {
+    let are_percents = ratios.iter().all(|ratio| *ratio >= 1.0 && *ratio <= 100.0);
+    let shares: Vec<String> = ratios.iter().map(|ratio| (ratio / 100.0).to_string()).collect();
+    are_percents.then(|| shares.join(","))
 }
 
 /// The handling of an asset's textures.

@@ -1,5 +1,7 @@
 //! The report of a bake on its source and its levels.
 
+use std::path::PathBuf;
+
 use seamwise_attr::Stop;
 
 use super::input::Input;
@@ -13,13 +15,25 @@ use crate::level::{AssetLevel, LevelMesh};
 use crate::report::{FarthestPart, InputReport, LevelReport};
 use crate::surface::geometry::Geometry;
 
-pub(crate) fn input_report(input: Input<'_>, geometries: &[Geometry]) -> InputReport {
+pub(crate) fn input_report(
+    input: Input<'_>,
+    files: &[PathBuf],
+    asset: &Asset,
+    geometries: &[Geometry],
+) -> InputReport {
+    let size = |path: &PathBuf| std::fs::metadata(path).map_or(0, |file| file.len());
     let meshes = geometries.iter().map(|geometry| &geometry.welded);
     InputReport {
         file: match input {
             Input::File(path) | Input::FileAs(path, _) => path.display().to_string(),
             Input::Bytes(_, name) => name.to_owned(),
         },
+        bytes: match input {
+            Input::Bytes(bytes, _) => bytes.len() as u64,
+            Input::File(_) | Input::FileAs(..) => files.iter().map(size).sum(),
+        },
+        texture_bytes: asset.images.iter().map(|image| image.bytes.len()).sum(),
+        draw_calls: geometries.iter().map(|geometry| geometry.parts.len()).sum(),
         meshes: geometries.iter().map(|geometry| geometry.meshes.len()).sum(),
         triangles: triangle_count(geometries),
         points: meshes.clone().map(|welded| welded.mesh.positions.len()).sum(),
@@ -68,6 +82,8 @@ pub(crate) fn level_reports(
                 .fold(0.0, f64::max),
             draw_calls: assembled[index].meshes.iter().map(LevelMesh::draw_calls).sum(),
             texture_bytes: assembled[index].textures.bytes(),
+            // Known when it is written.
+            bytes: 0,
             reached: stopped.is_empty(),
             why: stopped.first().map(|&stop| match lods.level(index).len() {
                 1 => explain(stop),

@@ -1,5 +1,6 @@
 //! Files and folders that were named, as a list of inputs.
 
+use std::collections::BTreeMap;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
@@ -7,6 +8,7 @@ use walkdir::{DirEntry, WalkDir};
 
 use super::job::Job;
 use crate::error::{Error, Result};
+use crate::import::foreign::{PICTURE, foreign_name};
 use crate::import::options::folder_of;
 
 /// Extensions of files that are inputs, in small letters.
@@ -53,10 +55,31 @@ fn find_in_folder(folder: &Path, output: &Path) -> Result<Vec<Job>> {
         jobs.push(Job::new(output.join(folder_of(place)), path.into()));
     }
     if jobs.is_empty() {
-        let what = format!("{}: there is no asset in it", folder.display());
-        return Err(Error::Options { what });
+        return Err(Error::Options {
+            what: format!("{}: {}", folder.display(), without_assets(folder)),
+        });
     }
     Ok(jobs)
+}
+
+/// The message about a folder without an asset, with what lies there instead.
+fn without_assets(folder: &Path) -> String {
+    let files = WalkDir::new(folder).into_iter().flatten();
+    let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
+    for kind in files.filter_map(|entry| foreign_name(entry.path())) {
+        *kinds.entry(kind).or_default() += 1;
+    }
+    let what = "there is no .glb, .gltf, .obj, .ply or .off in it";
+    match kinds.into_iter().max_by_key(|(_, count)| *count) {
+        Some((PICTURE, count)) => format!(
+            "{what}, but {count} × {PICTURE}: `seamwise repair {} -o DIR` fills what no chart covers in them",
+            folder.display()
+        ),
+        Some((kind, count)) => {
+            format!("{what}, but {count} × {kind}, which is not read: make it a .glb")
+        }
+        None => what.to_owned(),
+    }
 }
 
 fn is_asset(entry: &DirEntry) -> bool {
@@ -84,8 +107,21 @@ mod tests {
         assert_eq!(find_jobs(&[at("in"), at("one.ply")], &at("in/out")).unwrap(), found);
         assert!(find_jobs(&[at("in")], &at("in")).unwrap_err().to_string().contains("among"));
         std::fs::create_dir(at("empty")).unwrap();
+        let said = || find_jobs(&[at("empty")], &at("out")).unwrap_err().to_string();
         assert!(
-            find_jobs(&[at("empty")], &at("out")).unwrap_err().to_string().contains("no asset")
+            said().ends_with("there is no .glb, .gltf, .obj, .ply or .off in it"),
+            "{}",
+            said()
+        );
+        std::fs::write(at("empty/a.JPG"), b"").unwrap();
+        assert!(said().contains("but 1 × picture: `seamwise repair"), "{}", said());
+        for name in ["a.fbx", "b.fbx"] {
+            std::fs::write(at("empty").join(name), b"").unwrap();
+        }
+        assert!(
+            said().ends_with("but 2 × FBX file, which is not read: make it a .glb"),
+            "{}",
+            said()
         );
     }
 }

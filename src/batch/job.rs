@@ -1,10 +1,9 @@
 //! An input of a batch.
 
-use std::path::{Path, PathBuf};
-
-use serde_json::Value;
+use std::path::PathBuf;
 
 use crate::bake::Input;
+use crate::bake::baked::Record;
 use crate::bake::digest::digest;
 use crate::bake::input::stem;
 use crate::bake::options::BakeOptions;
@@ -36,22 +35,16 @@ impl Job {
         self.source().outputs(&self.folder, options)
     }
 
-    /// Whether its outputs are all there, and those of this input, these options and this version.
-    pub(super) fn is_done(&self, options: &BakeOptions) -> bool {
+    /// Whether its outputs are all there, whole, and those of this input, these options and this
+    /// version.
+    pub fn is_done(&self, options: &BakeOptions) -> bool {
         let input = self.source();
         let there = self.outputs(options).iter().all(|path| path.is_file());
         there
-            && recorded(&input.report(&self.folder)).is_some_and(|(recorded, files)| {
+            && Record::read(&input.report(&self.folder)).is_some_and(|record| {
                 // Textures beside a .gltf are told by the report alone.
-                files.iter().all(|file| self.folder.join(file).is_file())
-                    && digest(input, options).is_ok_and(|own| own == recorded)
+                record.is_whole(&self.folder)
+                    && digest(input, options).is_ok_and(|own| own == record.digest)
             })
     }
-}
-
-/// The hash that a report holds and the files that it tells of, if it is one.
-fn recorded(report: &Path) -> Option<(String, Vec<String>)> {
-    let report: Value = serde_json::from_slice(&std::fs::read(report).ok()?).ok()?;
-    let files = report["files"].as_array()?.iter().map(|file| file.as_str().map(str::to_owned));
-    Some((report["digest"].as_str()?.to_owned(), files.collect::<Option<_>>()?))
 }

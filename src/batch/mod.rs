@@ -125,7 +125,9 @@ pub fn run(
     remove_leftovers(jobs);
     let next = AtomicUsize::new(0);
     let ended = Mutex::new(Vec::with_capacity(jobs.len()));
-    progress.stage("batch", jobs.len(), |count| {
+    // A single input shows its own stages.
+    let shown = if jobs.len() > 1 { progress.clone() } else { Progress::hidden() };
+    shown.stage("batch", jobs.len(), |count| {
         let work = || {
             while let Some((at, job)) = take(jobs, &next) {
                 let done = run_job(job, options, batch.resume, progress);

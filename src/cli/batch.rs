@@ -1,6 +1,6 @@
 //! Arguments of `seamwise bake` for many inputs.
 
-use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::Args;
 
@@ -10,21 +10,26 @@ use seamwise::batch::{BatchOptions, Shard};
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Many inputs")]
 pub(crate) struct BatchArgs {
-    /// Inputs to bake at a time. Each is held in memory with all its levels; the threads are shared,
-    /// and the files are the same at any number [default: 1 for a single input, else as many as
-    /// threads, up to 4].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    jobs: Option<u16>,
-    /// Skip inputs whose outputs are all there, made by this version with these options from an input
-    /// with these bytes, the files that it names included.
+    /// Skip inputs whose outputs are there, whole and up to date.
+    ///
+    /// That is, made by this version with these options from an input with these bytes, the files that
+    /// it names included.
     #[arg(long)]
     resume: bool,
+    /// Inputs to bake at a time [default: 1 for a single input, else as many as threads, up to 4].
+    ///
+    /// Each is held in memory with all its levels; the threads are shared, and the files are the same
+    /// at any number.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    jobs: Option<u16>,
     /// Bake the I-th of N parts of the inputs: each is in exactly one. For a cluster's array jobs.
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
-    /// Write what became of each input as JSON.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) json: Option<PathBuf>,
+    /// Give an input up after so many seconds, with nothing written.
+    ///
+    /// It is looked at between steps, so that an input may take longer by one.
+    #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
+    pub(crate) time_limit: Option<Duration>,
 }
 
 /// Most inputs that are baked at a time unless the user says so: they fill each other's gaps, and
@@ -37,9 +42,21 @@ impl BatchArgs {
         self.shard.unwrap_or_default()
     }
 
+    /// Whether several outputs are thought of, in a folder.
+    pub(crate) fn is_given(&self) -> bool {
+        self.resume || self.shard.is_some()
+    }
+
     /// The options that these arguments give on a machine of so many threads.
     pub(crate) fn resolve(&self, threads: usize) -> BatchOptions {
         let jobs = self.jobs.map_or(threads.min(MOST_JOBS), usize::from);
         BatchOptions { jobs, resume: self.resume }
     }
+}
+
+/// Reads a number of seconds above 0.
+fn parse_seconds(text: &str) -> std::result::Result<Duration, String> {
+    let seconds = text.parse().ok().filter(|seconds: &f64| *seconds > 0.0);
+    let limit = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+    limit.ok_or_else(|| format!("{text} is no number of seconds above 0"))
 }

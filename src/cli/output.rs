@@ -6,22 +6,30 @@ use seamwise::export::files::{Format, Layout, OutputOptions};
 
 /// Arguments for the output of levels.
 #[derive(Debug, Args)]
+#[command(next_help_heading = "Files")]
 pub(crate) struct OutputArgs {
-    /// Store vertices as small integers (KHR_mesh_quantization) and compress geometry
+    /// Make geometry small, for readers of meshopt.
+    ///
+    /// Vertices are stored as small integers (KHR_mesh_quantization), and geometry is compressed
     /// (EXT_meshopt_compression). Positions are off by half of 1/65535 of the surface's longest side, or
     /// stay floats where that is more than the level is off by; the figures of the levels have it in
     /// them. Readers without these extensions refuse the files.
     #[arg(long)]
     compress: bool,
-    /// The form of the files.
+    /// One .glb a level, or .gltf files with their textures beside them.
     #[arg(long, value_enum, default_value_t = FormatArg::Glb)]
     format: FormatArg,
-    /// What the file of all levels is like.
-    #[arg(long, value_enum, default_value_t = LayoutArg::MsftLod)]
-    layout: LayoutArg,
-    /// Let all levels keep vertices of the source (as --placement ends, without a polish), and store
-    /// them once in the file of all levels, ordered so that each level reads a prefix of them. The levels
-    /// are farther from the source than without. With --compress, vertices stay in the source's types.
+    /// A further file of all levels, and its form.
+    ///
+    /// None if not given, but msft_lod with --share-vertices. README.md has a table of which program
+    /// takes which file.
+    #[arg(long, value_enum)]
+    layout: Option<LayoutArg>,
+    /// Let all levels keep vertices of the source, stored once in the file of all levels.
+    ///
+    /// As --placement ends, without a polish; the vertices are ordered so that each level reads a prefix
+    /// of them. The levels are farther from the source than without. With --compress, vertices stay in the
+    /// source's types.
     #[arg(long, conflicts_with_all = ["placement", "fast", "keep_volume", "keep_area", "atlas", "merge_materials"])]
     pub(super) share_vertices: bool,
 }
@@ -39,22 +47,36 @@ enum FormatArg {
 #[derive(Clone, Copy, Debug, ValueEnum)]
 #[value(rename_all = "snake_case")]
 enum LayoutArg {
-    /// Nodes name those of their levels, for readers of MSFT_lod.
+    /// Nodes name those of their levels, for Babylon.js and other readers of MSFT_lod.
     MsftLod,
-    /// Nodes hold the source and its levels as <name>_LOD0, <name>_LOD1 and so on, as importers of
-    /// Unity, Godot and Unreal know them; other readers show all of them at once.
+    /// Nodes hold the source and its levels as <name>_LOD0, <name>_LOD1 and so on, for scripts that
+    /// look for such names: importers of glTF show all of them at once.
     Names,
     /// There is none, only a file for each level.
     None,
 }
 
 impl OutputArgs {
+    /// Whether a level is more than one file, or there is one of all levels.
+    pub(super) fn is_several(&self) -> bool {
+        self.layout() != Layout::None || matches!(self.format, FormatArg::Gltf)
+    }
+
+    fn layout(&self) -> Layout {
+        match self.layout {
+            Some(LayoutArg::MsftLod) => Layout::MsftLod,
+            Some(LayoutArg::Names) => Layout::Names,
+            None if self.share_vertices => Layout::MsftLod,
+            Some(LayoutArg::None) | None => Layout::None,
+        }
+    }
+
     /// The options that these arguments give.
     ///
     /// # Errors
     /// [`Error::Options`] if vertices are to be shared in a file that is not there.
     pub(crate) fn resolve(&self) -> Result<OutputOptions> {
-        if self.share_vertices && matches!(self.layout, LayoutArg::None) {
+        if self.share_vertices && self.layout() == Layout::None {
             let what = "--share-vertices needs a file of all levels: --layout msft_lod or names";
             return Err(Error::Options { what: what.into() });
         }
@@ -64,11 +86,7 @@ impl OutputArgs {
                 FormatArg::Glb => Format::Glb,
                 FormatArg::Gltf => Format::Gltf,
             },
-            layout: match self.layout {
-                LayoutArg::MsftLod => Layout::MsftLod,
-                LayoutArg::Names => Layout::Names,
-                LayoutArg::None => Layout::None,
-            },
+            layout: self.layout(),
             share_vertices: self.share_vertices,
         })
     }

@@ -10,49 +10,63 @@ use seamwise::repair::options::{Background, MeshOptions, RepairOptions};
 use seamwise_texture::{Footprint, Role, equalize};
 
 use super::common::Common;
-use super::outside::OutsideArgs;
+use super::reading::OutsideArgs;
 
 /// `seamwise repair`.
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  \
-    seamwise repair scan.glb -o repaired.glb\n  \
-    seamwise repair atlas.png -o repaired.png --background '#ff00ff'\n  \
-    seamwise repair scan.glb -o repaired.glb --png --memory-limit 8GB\n  \
-    seamwise repair scan.glb -o repaired.glb --equalize-seams\n  \
-    seamwise repair light.exr -o repaired.exr --mesh room.glb --uv-set 1 --mesh-name walls\n\n\
-    seamwise repair leaf.png -o repaired.png --scale 1/4 --keep-coverage\n  \
-    seamwise repair a_color.png a_normal.png a_orm.png -o repaired/\n  \
-    seamwise repair textures -o repaired\n\n\
-    An asset knows which of its texels are used. For a picture, --mesh, --mask and --background\n\
-    tell; a texel must pass all that are given. Valid texels stay as they are, except in JPEGs,\n\
-    which are compressed anew (--quality), unless the output is a .png or, for an asset, --png is\n\
-    given. A .webp is written losslessly, a .tif in the compression it came in where that is\n\
-    lossless, and a palette as RGB. ICC profile, EXIF, density and texts stay within a format; what\n\
-    does not is said. In an EXR, NaN and infinities are never valid, and where only the background\n\
-    tells neither are fireflies between the charts of an .exr or .hdr: specks of up to 4 texels, and\n\
-    pieces of under 64 with one over 20 times brighter than 99.9 % of the larger pieces.\n\n\
-    Where alpha tells what is background, and in an asset where the base color of a MASK or BLEND\n\
-    has alpha 0, colors spread under it and alpha stays to the bit. A picture whose texels are\n\
-    vectors of length 1 is filled as a normal map. Both are said.\n\n\
-    Several inputs are each written under their own names. Pictures whose names differ in their last\n\
-    word alone, if it says which map they are, are one set: what all of them that show a background\n\
-    have for background is invalid in all. A file that fails is named, the rest go on, and the exit\n\
-    code is 1.")]
+#[command(after_help = "\
+Examples:
+  seamwise repair scan.glb -o repaired.glb
+  seamwise repair atlas.png -o repaired.png --background '#ff00ff'
+  seamwise repair scan.glb -o repaired.glb --png --memory-limit 8GB
+  seamwise repair scan.glb -o repaired.glb --equalize-seams
+  seamwise repair light.exr -o new.exr --mesh room.glb --uv-set 1
+  seamwise repair leaf.png -o repaired.png --scale 1/4 --keep-coverage
+  seamwise repair a_color.png a_normal.png a_orm.png -o repaired/
+  seamwise repair textures -o repaired")]
+#[command(after_long_help = "\
+Examples:
+  seamwise repair scan.glb -o repaired.glb
+  seamwise repair atlas.png -o repaired.png --background '#ff00ff'
+  seamwise repair scan.glb -o repaired.glb --png --memory-limit 8GB
+  seamwise repair scan.glb -o repaired.glb --equalize-seams
+  seamwise repair light.exr -o new.exr --mesh room.glb --uv-set 1
+  seamwise repair leaf.png -o repaired.png --scale 1/4 --keep-coverage
+  seamwise repair a_color.png a_normal.png a_orm.png -o repaired/
+  seamwise repair textures -o repaired
+
+An asset knows which of its texels are used. For a picture, --mesh, --mask and --background tell; a \
+texel must pass all that are given. Valid texels stay as they are, except in JPEGs, which are compressed \
+anew (--quality), unless the output is a .png or, for an asset, --png is given. A .webp is written \
+losslessly, a .tif in the compression it came in where that is lossless, and a palette as RGB. ICC \
+profile, EXIF, density and texts stay within a format; what does not is said. In an EXR, NaN and \
+infinities are never valid, and where only the background tells neither are fireflies between the charts \
+of an .exr or .hdr: specks of up to 4 texels, and pieces of under 64 with one over 20 times brighter than \
+99.9 % of the larger pieces.
+
+Where alpha tells what is background, and in an asset where the base color of a MASK or BLEND has alpha \
+0, colors spread under it and alpha stays to the bit. A picture whose texels are vectors of length 1 is \
+filled as a normal map. Both are said.
+
+Several inputs are each written under their own names. Pictures whose names differ in their last word \
+alone, if it says which map they are, are one set: what all of them that show a background have for \
+background is invalid in all. A file that fails is named, the rest go on, and the exit code is 1.")]
 pub(crate) struct RepairArgs {
-    /// A .glb or .gltf, of which all images are repaired, or a .png, .jpg, .webp, .tif, .hdr or
-    /// .exr; or several of these, and folders, which stand for all in them and below but pictures of a
-    /// .gltf in them.
+    /// Pictures (.png, .jpg, .webp, .tif, .hdr, .exr), a .glb or .gltf, folders, or - for stdin.
+    ///
+    /// Of a .glb or .gltf all images are repaired. A folder stands for all of these in it and below, but
+    /// pictures of a .gltf in it.
     #[arg(required = true)]
     pub(crate) inputs: Vec<PathBuf>,
-    /// The file to write: .glb for an asset, .exr for an .exr, else any format for pictures. For
-    /// several inputs and for a folder, the folder to write into.
+    /// The file to write, or the folder for several inputs.
+    ///
+    /// A .glb for an asset, an .exr for an .exr, else any format for pictures; - is standard output.
     #[arg(long, short, value_name = "FILE|DIR")]
     pub(crate) output: PathBuf,
     /// All pictures given are maps of one set, whatever they are called.
     #[arg(long)]
     pub(crate) one_set: bool,
-    /// The .glb, .gltf, .obj, .ply or .off that uses the picture: texels in its UV triangles are
-    /// valid.
+    /// The model that uses the picture: texels in its UV triangles are valid.
     #[arg(long, value_name = "FILE")]
     mesh: Option<PathBuf>,
     /// The mesh's UV set for the picture.
@@ -64,25 +78,31 @@ pub(crate) struct RepairArgs {
     /// A picture of the same size, bright where texels are valid.
     #[arg(long, value_name = "FILE")]
     mask: Option<PathBuf>,
-    /// What lies around the charts and is invalid: texels of these colors, or of alpha 0, under which
-    /// colors spread. auto finds both, and none looks for none; auto if neither mesh nor mask is given.
+    /// What lies around the charts and is invalid: these colors, or alpha 0.
+    ///
+    /// Colors spread under alpha 0. auto finds both, and none looks for none; auto if neither mesh nor
+    /// mask is given.
     #[arg(long, value_name = "auto|alpha|#rrggbb,…|none")]
     background: Option<Background>,
     /// What the texels mean; if not given, normal where they are vectors of length 1, else color, and
     /// numbers as they are in an EXR.
     #[arg(long, value_enum)]
     role: Option<RoleName>,
-    /// Keep up to N texels of existing padding around the charts where it agrees with them: ring by
-    /// ring, each texel within a tenth of the range (15° in a normal map) of what the chart leads to
+    /// Keep up to N texels of padding around the charts where it agrees with them.
+    ///
+    /// Ring by ring, each texel within a tenth of the range (15° in a normal map) of what the chart leads to
     /// expect there. All else around them is filled.
     #[arg(long, default_value_t = 0, value_name = "N")]
     keep_padding: u16,
-    /// Of one input, draw what was filled: the result in dim gray, filled texels in color with a tint of orange.
-    /// Where several images of an asset or layers of an EXR are repaired, each has a picture of its
+    /// Draw what was filled.
+    ///
+    /// Of one input: the result in dim gray, filled texels in color with a tint of orange. Where several images of an asset or layers of an EXR are repaired, each has a picture of its
     /// own, with the number that the table gives it, or its place: FILE_0.png, FILE_3.png.
     #[arg(long, value_name = "FILE.png")]
     pub(crate) diff: Option<PathBuf>,
-    /// Scale the result down, to 1/2, 1/4 and so on along each axis. A texel becomes the mean of the
+    /// Scale the result down, to 1/2, 1/4 and so on along each axis.
+    ///
+    /// A texel becomes the mean of the
     /// valid ones in it, in linear light or of vectors by role, and what has none is filled: nothing
     /// around the charts bleeds into their rims. Images of an asset that are left alone keep their
     /// size, except those that charts cover.
@@ -92,11 +112,12 @@ pub(crate) struct RepairArgs {
     /// leaves do not thin out. 0.5 if not given; in an asset, the cutoff of each MASK.
     #[arg(long, value_name = "CUTOFF", num_args = 0..=1, require_equals = true, default_missing_value = "0.5", requires = "scale", value_parser = parse_cutoff)]
     keep_coverage: Option<f32>,
-    /// After the fill, move texels next to seams so that both sides of each read the same. Seams are
-    /// edges of a mesh: a picture needs --mesh.
+    /// Move texels next to seams so that both sides of each read the same.
+    ///
+    /// After the fill. Seams are edges of a mesh: a picture needs --mesh.
     #[arg(long)]
     equalize_seams: bool,
-    /// Write what was done as JSON.
+    /// Write what was done as JSON; - for standard output.
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
     #[command(flatten)]

@@ -9,36 +9,40 @@ use seamwise::transfer::{Atlas, BakeNormals, Sizes, TextureFormat, TransferOptio
 
 /// Arguments for textures. All but the first are of a transfer.
 #[derive(Debug, Args)]
+#[command(next_help_heading = "Textures")]
 pub(super) struct TextureArgs {
-    /// What becomes of the textures.
-    #[arg(long, value_enum, default_value_t = TextureMode::Repair)]
+    /// Textures of each level's own, or the source's.
+    #[arg(long, value_enum, default_value_t = TextureMode::Repair, value_name = "HOW")]
     textures: TextureMode,
     /// With transfer, where the levels' textures are laid out; keep if not given.
-    #[arg(long, value_enum)]
+    #[arg(long, value_enum, value_name = "WHERE")]
     atlas: Option<AtlasMode>,
-    /// With transfer, bake materials into one atlas and one draw call where they agree in alpha mode,
-    /// sides and extensions; the others get a packed atlas of their own. The report tells which and why.
+    /// With transfer, bake materials into one atlas and one draw call, where they can be.
+    ///
+    /// They can where they agree in alpha mode, sides and extensions; the others get a packed atlas of their own. The report tells which and why.
     #[arg(long, conflicts_with = "atlas")]
     merge_materials: bool,
-    /// With transfer, the side of each level's textures over those of the level before, above 0 and
-    /// up to 1. Without it they are as large as it takes where the level is shown.
+    /// With transfer, the side of each level's textures over those of the level before.
+    ///
+    /// Above 0 and up to 1. Without it they are as large as it takes where the level is shown.
     #[arg(long, value_name = "S", value_parser = parse_scale)]
     texture_scale: Option<f64>,
     /// With transfer, most bytes that the textures of all levels take together, as 8MB or 500KiB.
     #[arg(long, value_name = "SIZE", conflicts_with = "texture_scale")]
     budget: Option<MemoryLimit>,
     /// With transfer, the file format of the levels' textures; keep if not given.
-    #[arg(long, value_enum)]
+    #[arg(long, value_enum, value_name = "FORMAT")]
     texture_format: Option<FormatMode>,
     /// With transfer, quality of JPEGs; 95 if not given.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=100))]
     quality: Option<u8>,
     /// With transfer, whether lit materials without a normal map gain one, with the shape that the
     /// level has lost; auto if not given.
-    #[arg(long, value_enum)]
+    #[arg(long, value_enum, value_name = "WHEN")]
     bake_normals: Option<NormalMode>,
-    /// With transfer, scale the alpha of textures that a MASK cuts out, so that as large a share of a
-    /// level's texels passes its cutoff as of the source's: leaves do not thin out.
+    /// With transfer, scale the alpha of textures that a MASK cuts out: leaves do not thin out.
+    ///
+    /// As large a share of a level's texels passes its cutoff as of the source's.
     #[arg(long)]
     keep_coverage: bool,
 }

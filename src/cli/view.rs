@@ -8,12 +8,13 @@ use super::ReadingArgs;
 
 /// `seamwise view`.
 #[derive(Debug, Args)]
-#[command(
-    after_help = "Example: seamwise view helmet.gltf out/helmet_lod*.glb -o helmet.html\n         \
-    seamwise view out/helmet.glb -o helmet.html\n\n\
-    The page needs nothing but itself: no network and no server. It is opened in the browser where there\n\
-    is one and the command is typed in a terminal."
-)]
+#[command(after_help = "\
+Examples:
+  seamwise view helmet.gltf out/helmet_lod*.glb -o helmet.html
+  seamwise view out/helmet.glb -o helmet.html
+
+The page needs nothing but itself: no network and no server. It is opened in the browser where there is \
+one and the command is typed in a terminal.")]
 pub(crate) struct ViewArgs {
     /// The source, or one file with all levels (MSFT_lod): .glb, .gltf, .obj, .ply or .off, as the levels.
     pub(crate) input: PathBuf,

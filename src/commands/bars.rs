@@ -1,16 +1,26 @@
-//! Progress bars on a terminal's standard error, and nothing anywhere else.
+//! Progress on a terminal's standard error, and nothing anywhere else.
+
+use std::time::Duration;
 
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use seamwise::progress::{Bar, Display};
 
 /// A stage on a line of its own.
 const STAGE: &str = "{prefix:>10} {wide_bar} {percent:>3} % {eta:>4}";
-/// One of several files, and the stage that it is in.
-const FILE: &str = "{prefix:>20} {msg:>8} {wide_bar} {percent:>3} %";
+/// A file, and the stage that it is in, which counts its steps.
+const STEPS: &str = "{spinner} {prefix:>20} {msg:>9} {wide_bar} {percent:>3} % {elapsed:>4}";
+/// A file, and the stage that it is in, which does not.
+const MOVING: &str = "{spinner} {prefix:>20} {msg:>9} {elapsed:>4}";
+/// How often a line moves.
+const TICK: Duration = Duration::from_millis(100);
 
 /// All bars of a run.
 #[derive(Clone, Debug)]
 pub(crate) struct Bars(MultiProgress);
+
+fn style(template: &str) -> ProgressStyle {
+    ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
+}
 
 impl Bars {
     /// Bars on standard error, if that is a terminal.
@@ -25,8 +35,7 @@ impl Bars {
 
     fn add(&self, template: &str, name: &str) -> Line {
         let bar = self.0.add(ProgressBar::new(0));
-        let style = ProgressStyle::with_template(template);
-        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+        bar.set_style(style(template));
         bar.set_prefix(name.to_owned());
         Line { bars: self.0.clone(), bar }
     }
@@ -40,7 +49,9 @@ impl Display for Bars {
     }
 
     fn file(&self, name: &str) -> Option<Box<dyn Display>> {
-        Some(Box::new(self.add(FILE, name)))
+        let line = self.add(MOVING, name);
+        line.bar.enable_steady_tick(TICK);
+        Some(Box::new(line))
     }
 }
 
@@ -51,13 +62,14 @@ struct Line {
     bar: ProgressBar,
 }
 
-/// The stages of a file share its line.
+/// The stages of a file share its line, one in another too: the inner one is shown.
 impl Display for Line {
     fn stage(&self, name: &str, total: usize) -> Box<dyn Bar> {
-        self.bar.reset();
-        self.bar.set_length(total as u64);
         self.bar.set_message(name.to_owned());
-        Box::new(Stage(self.bar.clone()))
+        self.bar.set_style(style(if total > 1 { STEPS } else { MOVING }));
+        self.bar.set_length(total as u64);
+        self.bar.set_position(0);
+        Box::new(Stage((total > 1).then(|| self.bar.clone())))
     }
 }
 
@@ -74,11 +86,13 @@ impl Drop for Line {
     }
 }
 
-/// A stage on the line of its file.
-struct Stage(ProgressBar);
+/// A stage on the line of its file, if it counts its steps.
+struct Stage(Option<ProgressBar>);
 
 impl Bar for Stage {
     fn update(&self, done: usize) {
-        self.0.set_position(done as u64);
+        if let Some(bar) = &self.0 {
+            bar.set_position(done as u64);
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Result, anyhow, bail};
+use anyhow::{Result, bail};
 
 use seamwise::atlas::{encode_repaired, repair_all};
 use seamwise::evaluate::Reference;
@@ -18,14 +18,16 @@ use seamwise::report::pictures::Gallery;
 use seamwise::report::{CandidateReport, EvaluateReport, ReferenceReport, ViewReport};
 use seamwise::warning::Warnings;
 
-use super::console::{read_warned, say, warn};
-use crate::cli::{Common, EvaluateArgs};
+use super::console::{check_files, read_warned, say, warn, width};
+use crate::cli::{Common, EvaluateArgs, is_dash};
 
 /// Compares each candidate with the reference; one that can't be compared does not stop the
 /// others. One that is compared but doubtful counts as failed.
 pub(crate) fn evaluate(args: &EvaluateArgs, common: Common) -> Result<usize> {
     let mut cache = TextureCache::with_limit(common.memory_limit);
-    let named = |error| anyhow!("{}: {error}", args.reference.display());
+    let written = [&args.json, &args.csv, &args.report, &args.sheet];
+    check_files(written.into_iter().flatten())?;
+    let named = |error: seamwise::error::Error| error.in_file(&args.reference);
     let (reference, mut warnings) = load_reference(args, common, &mut cache).map_err(named)?;
     let options = args.resolve();
     let against = Reference::with_mode(&reference, options, args.mode()).map_err(named)?;
@@ -70,15 +72,21 @@ pub(crate) fn evaluate(args: &EvaluateArgs, common: Common) -> Result<usize> {
         candidates,
         warnings,
     };
-    say(common.quiet, &report.to_table())?;
+    let told_as_data = [&args.json, &args.csv].into_iter().flatten().any(|path| is_dash(path));
+    let is_any_compared = report.candidates.iter().any(|candidate| candidate.failure.is_none());
+    say(common.quiet || told_as_data || !is_any_compared, &report.to_text(width()))?;
     let mut files = evaluation_files(args, &report, gallery.as_ref())?;
     if let Some(path) = &args.sheet {
         let rig = Rig::around(&reference, args.sheet_views.into(), options.resolution);
         let sheet = contact_sheet(&reference, &scenes, &rig, args.mode()).into();
         files.push((path.clone(), encode(&sheet, ImageFormat::Png)?.bytes.to_vec()));
     }
+    let (told, files): (Vec<_>, Vec<_>) = files.into_iter().partition(|(path, _)| is_dash(path));
+    for (_, bytes) in told {
+        say(false, &String::from_utf8_lossy(&bytes))?;
+    }
     write_files(&files)?;
-    if report.candidates.iter().all(|candidate| candidate.failure.is_some()) {
+    if !is_any_compared {
         bail!("nothing was compared");
     }
     Ok(report.candidates.iter().filter_map(CandidateReport::complaint).count())

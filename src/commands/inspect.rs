@@ -1,17 +1,22 @@
 //! A look at an asset.
 
-use anyhow::{Result, anyhow};
+use anyhow::Result;
 
 use seamwise::inspect;
 
-use super::console::{read_warned, say};
+use super::console::{check_files, read_warned, say, write_text};
 use crate::cli::{Common, InspectArgs};
 
 /// Inspects an asset.
 pub(crate) fn inspect(args: &InspectArgs, common: Common) -> Result<usize> {
-    let found = read_warned(&args.input, &args.reading, common)
+    let (input, json) = (args.input()?, args.json());
+    check_files(json.map(Into::into).iter())?;
+    let found = read_warned(input, &args.reading, common)
         .and_then(|asset| inspect::inspect(&asset, common.memory_limit, args.footprint.resolve()))
-        .map_err(|error| anyhow!("{}: {error}", args.input.display()))?;
-    say(common.quiet, &if args.json { found.to_json()? } else { found.to_text() })?;
+        .map_err(|error| error.in_file(input))?;
+    match json {
+        Some(path) => write_text(path, found.to_json()?)?,
+        None => say(common.quiet, &found.to_text())?,
+    }
     Ok(0)
 }

@@ -1,12 +1,14 @@
 //! The subcommands. Each returns how many of its inputs failed.
 
 mod bake;
+mod bake_report;
 mod bars;
 mod console;
 mod evaluate;
 mod inspect;
 mod repair;
 mod select;
+mod shell;
 mod view;
 
 pub(crate) use bake::bake;
@@ -14,4 +16,5 @@ pub(crate) use evaluate::evaluate;
 pub(crate) use inspect::inspect;
 pub(crate) use repair::repair;
 pub(crate) use select::select;
+pub(crate) use shell::{completions, man};
 pub(crate) use view::view;

@@ -7,18 +7,23 @@ use serde_json::{Value, json};
 
 use seamwise::error::Error;
 use seamwise::export::disk::write_files;
+use seamwise::image_file::codec::detect_format;
 use seamwise::repair::options::RepairOptions;
-use seamwise::repair::repair_file;
 use seamwise::repair::several::{RepairJob, RepairJobs, find_repairs, repair_group};
+use seamwise::repair::{repair_bytes, repair_file};
 use seamwise::report::repair::RepairReport;
 
-use super::console::{say, warn};
-use crate::cli::{Common, RepairArgs};
+use super::console::{check_files, read_stdin, say, warn, write_stdout, write_text};
+use crate::cli::{Common, RepairArgs, is_dash};
 
 /// Repairs what was named; tells how many files failed.
 pub(crate) fn repair(args: &RepairArgs, common: Common) -> Result<usize> {
     let options = args.resolve(common);
+    check_files(args.json.iter())?;
     match args.inputs.as_slice() {
+        [input] if is_dash(input) || is_dash(&args.output) => {
+            repair_piped(args, input, &options, common)
+        }
         [input] if !is_folder(args, input) => repair_one(args, input, &options, common),
         _ => repair_several(args, &options, common),
     }
@@ -38,11 +43,66 @@ fn repair_one(
 ) -> Result<usize> {
     let report = repair_file(input, &args.output, options)?;
     warn(common.quiet, input, &report.warnings);
-    say(common.quiet, &report.to_table())?;
+    tell(args, &report, common)
+}
+
+/// Says what was repaired, to people or to a program.
+fn tell(args: &RepairArgs, report: &RepairReport, common: Common) -> Result<usize> {
+    let is_json = args.json.as_deref().is_some_and(is_dash);
+    if is_dash(&args.output) && !common.quiet {
+        eprint!("{}", report.to_table());
+    } else {
+        say(common.quiet || is_json, &report.to_table())?;
+    }
     if let Some(path) = &args.json {
-        write_files(&[(path.clone(), report.to_json().into_bytes())])?;
+        write_text(path, report.to_json())?;
     }
     Ok(0)
+}
+
+/// Repairs what comes from standard input or goes to standard output, in the format it came in unless
+/// the output has a name.
+fn repair_piped(
+    args: &RepairArgs,
+    input: &Path,
+    options: &RepairOptions,
+    common: Common,
+) -> Result<usize> {
+    if args.diff.is_some() {
+        bail!("--diff needs files: give an input and an output with names");
+    }
+    let to_stdout = is_dash(&args.output);
+    if to_stdout && args.json.as_deref().is_some_and(is_dash) {
+        bail!("standard output can't take both the result and JSON: give --json a file");
+    }
+    let bytes = if is_dash(input) {
+        read_stdin(common)?
+    } else {
+        std::fs::read(input).map_err(|source| Error::Io { path: input.into(), source })?
+    };
+    let ending = ending(&bytes);
+    let named = |path: &Path, name: &str| match is_dash(path) {
+        true => Path::new(name).with_extension(ending),
+        false => path.to_owned(),
+    };
+    let output = named(&args.output, "stdout");
+    let (file, report) = repair_bytes(&bytes, &named(input, "stdin"), &output, options)?;
+    warn(common.quiet, input, &report.warnings);
+    if to_stdout {
+        write_stdout(&file)?;
+    } else {
+        write_files(&[(output, file)])?;
+    }
+    tell(args, &report, common)
+}
+
+/// The extension of a file by its first bytes.
+fn ending(bytes: &[u8]) -> &'static str {
+    if bytes.starts_with(b"glTF") || bytes.trim_ascii_start().starts_with(b"{") {
+        return "glb";
+    }
+    let format = detect_format(bytes).and_then(|format| format.extensions_str().first().copied());
+    format.unwrap_or("exr")
 }
 
 fn repair_several(args: &RepairArgs, options: &RepairOptions, common: Common) -> Result<usize> {
@@ -82,7 +142,7 @@ fn repair_several(args: &RepairArgs, options: &RepairOptions, common: Common) ->
     if let Some(path) = &args.json {
         let json =
             json!({"schema": 1, "repaired": repaired, "failed": failures.len(), "inputs": inputs});
-        write_files(&[(path.clone(), format!("{json:#}\n").into_bytes())])?;
+        write_text(path, format!("{json:#}\n"))?;
     }
     let of_gltf = match parts.len() {
         0 => String::new(),

@@ -4,23 +4,24 @@ use std::io::IsTerminal;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use anyhow::{Result, anyhow};
+use anyhow::Result;
 
 use seamwise::document::asset::Asset;
 use seamwise::export::disk::{refuse_overwriting, write_files};
 use seamwise::report::viewer::{Exhibit, Viewer};
 
-use super::console::read_warned;
+use super::console::{check_files, read_warned};
 use crate::cli::{Common, ViewArgs};
 
 /// Writes the page, and opens it if somebody is there to look at it.
 pub(crate) fn view(args: &ViewArgs, common: Common) -> Result<usize> {
     let outputs = std::slice::from_ref(&args.output);
+    check_files(outputs)?;
     let mut models: Vec<(String, Asset)> = Vec::new();
     for path in std::iter::once(&args.input).chain(&args.levels) {
         refuse_overwriting(path, outputs)?;
-        let asset = read_warned(path, &args.reading, common)
-            .map_err(|error| anyhow!("{}: {error}", path.display()))?;
+        let asset =
+            read_warned(path, &args.reading, common).map_err(|error| error.in_file(path))?;
         models.push((name_of(path), asset));
     }
     let exhibit = |(file, asset)| Exhibit { file, asset, largest_size: None };

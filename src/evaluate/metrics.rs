@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::distance::Distances;
 
 /// How far a candidate is from its reference. Distances are over the diagonal of the reference's
-/// bounding box.
+/// bounding box. What tells of pictures is NaN (`null` in JSON) where no view shows either of the two.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Metrics {
     /// RMS difference in Rec. 709 luminance of linear light, over all pixels of all views.
@@ -68,6 +68,33 @@ pub struct Metrics {
     pub border_edges_gained: i64,
     /// Edges of three triangles or more, more than the reference has.
     pub non_manifold_edges_gained: i64,
+}
+
+impl Metrics {
+    /// The same with no number for what is seen, where no view shows either of the two: that they look
+    /// alike says nothing.
+    #[must_use]
+    pub(super) fn unseen(self) -> Self {
+        let at_switch = AtSwitch {
+            rms_luminance: f64::NAN,
+            rms_luminance_srgb: f64::NAN,
+            ssim: f64::NAN,
+            ..self.at_switch
+        };
+        Self {
+            rms_luminance: f64::NAN,
+            rms_luminance_srgb: f64::NAN,
+            rms_luminance_covered: f64::NAN,
+            rms_luminance_srgb_covered: f64::NAN,
+            rms_luminance_seams: f64::NAN,
+            rms_luminance_srgb_seams: f64::NAN,
+            psnr_srgb: None,
+            ssim: f64::NAN,
+            silhouette_iou: f64::NAN,
+            at_switch,
+            ..self
+        }
+    }
 }
 
 /// How a candidate differs in the picture of one camera.

@@ -235,6 +235,8 @@ impl<'a> Reference<'a> {
                 self.soundness.non_manifold_edges,
             ),
         };
+        let is_seen = self.views.show_something() || views.show_something();
+        let metrics = if is_seen { metrics } else { metrics.unseen() };
         Ok((metrics, by_view.iter().map(Seen::metrics).collect()))
     }
 

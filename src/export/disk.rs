@@ -1,14 +1,16 @@
 //! Files out: written to a temporary name beside their own and renamed, so that a reader never
 //! sees half of one.
 
+use std::collections::BTreeSet;
 use std::fs::TryLockError;
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use tempfile::NamedTempFile;
 
 use crate::error::{Error, Result};
+use crate::import::options::folder_of;
 
 /// Refuses to write over a file that was read, whatever way its path is written.
 ///
@@ -25,6 +27,50 @@ pub fn refuse_overwriting(input: &Path, outputs: &[PathBuf]) -> Result<()> {
     Ok(())
 }
 
+/// Makes sure that files can be written, before the work that makes them: their folders, or those that
+/// these would be made in, take files, and nothing but a file is in the place of any.
+///
+/// # Errors
+/// [`Error::Options`] with what is in the way.
+pub fn check_writable(paths: &[PathBuf]) -> Result<()> {
+    if let Some(path) = paths.iter().find(|path| path.is_dir()) {
+        return Err(refusal(path, "a folder is in its place"));
+    }
+    let folders: BTreeSet<&Path> = paths.iter().map(|path| folder_of(path)).collect();
+    folders.into_iter().try_for_each(check_folder)
+}
+
+/// Makes sure that files can be written into a folder, which need not be there.
+///
+/// # Errors
+/// [`Error::Options`] with what is in the way.
+pub fn check_folder(folder: &Path) -> Result<()> {
+    let parts =
+        || folder.ancestors().map(|part| if part == Path::new("") { Path::new(".") } else { part });
+    let Some(there) = parts().find(|part| part.symlink_metadata().is_ok()) else {
+        return Ok(());
+    };
+    if !there.is_dir() {
+        return Err(refusal(
+            there,
+            "it is no folder, so that nothing can be written into it; choose another -o",
+        ));
+    }
+    let made = tempfile::Builder::new().prefix(PREFIX).suffix(SUFFIX).tempfile_in(there);
+    let Err(error) = made else { return Ok(()) };
+    let why = match error.kind() {
+        ErrorKind::PermissionDenied => "permission denied: nothing can be written there",
+        ErrorKind::ReadOnlyFilesystem => "the disk may only be read: nothing can be written there",
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => "the disk is full",
+        _ => "nothing can be written there",
+    };
+    Err(refusal(there, why))
+}
+
+fn refusal(path: &Path, why: &str) -> Error {
+    Error::Options { what: format!("{}: {why}", path.display()) }
+}
+
 /// Writes files whole or not at all: each goes to a temporary name first, and none gets its own
 /// before all are there. Folders are made as they are needed.
 ///
@@ -35,20 +81,24 @@ pub fn write_files<B: AsRef<[u8]>>(files: &[(PathBuf, B)]) -> Result<()> {
 }
 
 /// As [`write_files`], with a record of them: an old one goes before any of them gets its name, and
-/// the new one comes last, so that a record is never beside files of another run.
+/// the new one comes last, so that a record is never beside files of another run. `stale` are files of
+/// the old record that have no successor: they go first, while it still tells of them, so that a run
+/// that is killed leaves none that no record knows.
 ///
 /// # Errors
 /// [`Error::Io`] with the file's name.
 pub(crate) fn write_recorded<B: AsRef<[u8]>>(
     files: &[(PathBuf, B)],
     record: &(PathBuf, B),
+    stale: &[PathBuf],
 ) -> Result<()> {
     let written = write_all_beside(files)?;
     let last = write_all_beside(std::slice::from_ref(record))?;
+    for path in stale {
+        std::fs::remove_file(path).map_err(|error| Error::io(path, error))?;
+    }
     match std::fs::remove_file(&record.0) {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-            Err(Error::io(&record.0, error))
-        }
+        Err(error) if error.kind() != ErrorKind::NotFound => Err(Error::io(&record.0, error)),
         _ => rename(written).and_then(|()| rename(last)),
     }
 }
@@ -148,9 +198,9 @@ mod tests {
         std::fs::create_dir(&bad).unwrap();
         std::fs::write(&record, b"old").unwrap();
         let files = [(good.clone(), b"new".to_vec()), (bad.clone(), b"new".to_vec())];
-        assert!(write_recorded(&files, &(record.clone(), b"new".to_vec())).is_err());
+        assert!(write_recorded(&files, &(record.clone(), b"new".to_vec()), &[]).is_err());
         assert!(good.exists() && !record.exists());
-        write_recorded(&files[..1], &(record.clone(), b"new".to_vec())).unwrap();
+        write_recorded(&files[..1], &(record.clone(), b"new".to_vec()), &[]).unwrap();
         assert_eq!(std::fs::read(&record).unwrap(), b"new");
     }
 
@@ -186,6 +236,28 @@ mod tests {
         names.sort();
         assert_eq!(names, kept);
         remove_leftovers(&folder.path().join("nowhere"));
+    }
+
+    #[test]
+    fn what_is_in_the_way_of_files_is_found_before_they_are_made() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("file");
+        std::fs::write(&file, b"").unwrap();
+        let check_writable = |path: &Path| check_writable(&[path.to_owned()]);
+        assert!(check_writable(&file).is_ok() && check_folder(&folder.path().join("a/b")).is_ok());
+        let said = |result: Result<()>| result.unwrap_err().to_string();
+        assert!(said(check_writable(folder.path())).ends_with("a folder is in its place"));
+        for below in [file.join("a.glb"), file.join("a/b.glb")] {
+            let said = said(check_writable(&below));
+            assert!(said.starts_with(&format!("{}: it is no folder", file.display())), "{said}");
+        }
+        if Path::new("/proc/self").exists() {
+            assert_eq!(
+                said(check_writable(Path::new("/proc/a.glb"))),
+                "/proc: nothing can be written there"
+            );
+        }
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left");
     }
 
     #[test]

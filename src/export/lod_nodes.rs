@@ -15,12 +15,12 @@ use crate::level::quantize::Grid;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Layout {
     /// Each node names a node for each level, in `MSFT_lod`; only readers of that extension show them.
-    #[default]
     MsftLod,
-    /// Each node holds the source and its levels as children called `<name>_LOD0` and so on, as
-    /// importers of game engines expect. Other readers show all of them at once.
+    /// Each node holds the source and its levels as children called `<name>_LOD0` and so on, as scripts
+    /// and pipelines of game engines look for them. Readers of glTF show all of them at once.
     Names,
-    /// No file of all levels.
+    /// No file of all levels: each is a file of its own, which is what most programs can use.
+    #[default]
     None,
 }
 

@@ -69,7 +69,7 @@ pub(crate) fn open(
 }
 
 /// The format that a file's first bytes announce, if this tool reads it.
-pub(crate) fn detect_format(bytes: &[u8]) -> Option<image::ImageFormat> {
+pub fn detect_format(bytes: &[u8]) -> Option<image::ImageFormat> {
     // What the image crate reads, and does not know by these.
     if bytes.starts_with(b"II\x2b\0") || bytes.starts_with(b"MM\0\x2b") {
         return Some(image::ImageFormat::Tiff);

@@ -7,6 +7,7 @@ mod cutout;
 mod data_uri;
 mod find;
 mod finite;
+pub(crate) mod foreign;
 mod format;
 mod images;
 mod libraries;
@@ -37,6 +38,7 @@ use crate::error::{Error, Result};
 use crate::limit::Budget;
 use crate::warning::Warnings;
 use check::{check_extensions, check_shape, check_version};
+use foreign::{begins_as_gltf, refuse_foreign, refuse_report};
 use format::Format;
 use mend::{mend_views, warn_of_textures};
 use normals::mend_normals;
@@ -46,6 +48,10 @@ use uri::{Resource, UriPolicy};
 
 /// Bytes of a GLB's own header and that of its first chunk.
 const GLB_HEADERS: usize = 20;
+
+/// The message about bytes that are neither of a .glb nor of a .gltf.
+const NO_GLTF: &str = "no glTF: a .gltf is JSON, and a .glb begins with `glTF`; .obj, .ply and .off are \
+                       told by their names";
 
 /// Reads an asset with all its buffers and images.
 ///
@@ -61,7 +67,7 @@ pub fn read(path: &Path) -> Result<Asset> {
 /// # Errors
 /// As [`read`].
 pub fn read_with(path: &Path, options: ReadOptions) -> Result<Asset> {
-    let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
+    let bytes = read_file(path)?;
     read_bytes_of(&bytes, path, options)
 }
 
@@ -72,6 +78,7 @@ pub fn read_with(path: &Path, options: ReadOptions) -> Result<Asset> {
 /// As [`read`].
 pub fn read_bytes_of(bytes: &[u8], path: &Path, options: ReadOptions) -> Result<Asset> {
     let Some(format) = Format::of(path) else {
+        refuse_foreign(path, bytes)?;
         return read_bytes_with(bytes, folder_of(path), options);
     };
     let mut asset = format.read(bytes, folder_of(path), options)?;
@@ -80,18 +87,29 @@ pub fn read_bytes_of(bytes: &[u8], path: &Path, options: ReadOptions) -> Result<
     Ok(asset)
 }
 
+/// The bytes of a model's file.
+fn read_file(path: &Path) -> Result<Vec<u8>> {
+    if path.is_dir() {
+        return Err(Error::Kind { what: "a folder: name a file in it".into() });
+    }
+    std::fs::read(path).map_err(|error| Error::io(path, error))
+}
+
 /// Reads an asset without its images, so that they may be missing or of any kind.
 ///
 /// # Errors
 /// As [`read`].
 pub fn read_geometry(path: &Path, options: ReadOptions) -> Result<Asset> {
-    let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
+    let bytes = read_file(path)?;
     let asset = match Format::of(path) {
         Some(format) => {
             let options = ReadOptions { allow_missing: true, ..options };
             format.read(&bytes, folder_of(path), options)?
         }
-        None => read_document(&bytes, folder_of(path), options)?,
+        None => {
+            refuse_foreign(path, &bytes)?;
+            read_document(&bytes, folder_of(path), options)?
+        }
     };
     asset.warnings.refuse_if(options.strict)?;
     Ok(asset)
@@ -127,6 +145,7 @@ pub fn read_bytes_with(bytes: &[u8], folder: &Path, options: ReadOptions) -> Res
 fn read_document(bytes: &[u8], folder: &Path, options: ReadOptions) -> Result<Asset> {
     let mut warnings = Warnings::default();
     let (json, chunk) = parse(bytes, &mut warnings)?;
+    refuse_report(&json)?;
     check_version(&json)?;
     check_shape(&json)?;
     check_extensions(&json, options.allow_unknown, &mut warnings)?;
@@ -173,8 +192,10 @@ fn parse<'a>(bytes: &'a [u8], warnings: &mut Warnings) -> Result<(Value, Option<
         warnings.add(at, "it ends in zeros, which are skipped; fill its chunk with spaces");
         text = own;
     }
-    let json =
-        serde_json::from_slice(text).map_err(|error| Error::invalid(at, error.to_string()))?;
+    let json = serde_json::from_slice(text).map_err(|error| match begins_as_gltf(bytes) {
+        true => Error::invalid(at, error.to_string()),
+        false => Error::Kind { what: NO_GLTF.into() },
+    })?;
     Ok((json, chunk))
 }
 

@@ -34,12 +34,13 @@ use crate::atlas::alpha::coverage_note;
 use crate::atlas::{ImageRepair, Repaired, encode_repaired, repair_all_with};
 use crate::document::asset::Asset;
 use crate::error::{Error, Result};
-use crate::export::disk::{refuse_overwriting, write_files};
+use crate::export::disk::{check_writable, refuse_overwriting, write_files};
 use crate::export::glb::to_glb;
 use crate::image_file::codec::{EncodeOptions, detect_format};
 use crate::image_file::encoded::{self, EncodedImage};
 use crate::image_file::metadata::png_widening;
 use crate::image_file::picture::{LOSSLESSLY, reencoded};
+use crate::import::foreign::refuse_foreign;
 use crate::import::options::folder_of;
 use crate::import::read_bytes_with;
 use crate::report::repair::{ImageReport, RepairReport};
@@ -66,7 +67,17 @@ impl Kind {
         }
         match detect_format(bytes) {
             Some(format) => Ok(Self::Picture(format)),
-            None => Err(Error::Unsupported { what: format!("{}: such a file", path.display()) }),
+            None if is_named(path, &["obj", "off", "ply"]) => {
+                let what =
+                    "a model with pictures of its own: repair those, with --mesh and this file";
+                Err(Error::Kind { what: what.into() }.in_file(path))
+            }
+            None => {
+                refuse_foreign(path, bytes).map_err(|error| error.in_file(path))?;
+                let what =
+                    "neither a .glb or .gltf nor a picture (.png, .jpg, .webp, .tif, .hdr, .exr)";
+                Err(Error::Kind { what: what.into() }.in_file(path))
+            }
         }
     }
 }
@@ -99,6 +110,8 @@ fn repair_map(
         read.try_for_each(|read| refuse_overwriting(read, outputs))
     };
     refuse(&[output.to_owned()])?;
+    let written = [Some(output), options.diff.as_deref()].into_iter().flatten();
+    check_writable(&written.map(Path::to_owned).collect::<Vec<_>>())?;
     if let Some(diff) = options.diff.as_deref().filter(|diff| !is_named(diff, &["png"])) {
         let what = format!("{}: what was filled is drawn to a .png", diff.display());
         return Err(Error::Options { what });

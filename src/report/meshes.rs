@@ -3,7 +3,7 @@
 use seamwise_attr::Mesh;
 use serde::Serialize;
 
-use super::table::align;
+use super::columns::{Column, count, fit};
 use crate::document::asset::Asset;
 use crate::level::lods::Lods;
 use crate::surface::geometry::Geometry;
@@ -57,24 +57,28 @@ fn mesh_triangles(geometry: &Geometry, surface: &Mesh) -> Vec<usize> {
     geometry.meshes.iter().map(of_mesh).collect()
 }
 
-/// The meshes as a table for people: nothing if there are none, those with the most triangles if they
-/// are many.
-pub(super) fn mesh_table(meshes: &[MeshReport]) -> String {
+/// The meshes as a table for people, in lines of at most `width` signs where that can be: nothing if
+/// there are none, those with the most triangles if they are many.
+pub(super) fn mesh_table(meshes: &[MeshReport], width: usize) -> String {
     let Some(first) = meshes.first() else { return String::new() };
-    let levels = (1..=first.levels.len()).map(|level| format!("level {level}"));
-    let mut rows: Vec<Vec<String>> = vec![
-        ["triangles of mesh".to_owned(), "source".to_owned()].into_iter().chain(levels).collect(),
-    ];
     let mut shown: Vec<&MeshReport> = meshes.iter().collect();
     shown.sort_by_key(|mesh| std::cmp::Reverse(mesh.triangles));
     shown.truncate(MOST_ROWS);
     shown.sort_by_key(|mesh| mesh.mesh);
-    rows.extend(shown.iter().map(|mesh| {
-        let name = mesh.name.clone().unwrap_or_else(|| mesh.mesh.to_string());
-        let counts = [mesh.triangles].into_iter().chain(mesh.levels.iter().copied());
-        [name].into_iter().chain(counts.map(|count| count.to_string())).collect()
-    }));
-    let mut text = align(&rows);
+    let column = |head: String, of: &dyn Fn(&MeshReport) -> String| {
+        Column::new(head, 0, shown.iter().map(|mesh| of(mesh)).collect())
+    };
+    let name = |mesh: &MeshReport| mesh.name.clone().unwrap_or_else(|| mesh.mesh.to_string());
+    let mut columns = vec![
+        column("triangles of mesh".into(), &name),
+        column("source".into(), &|mesh| count(mesh.triangles)),
+    ];
+    let levels = 0..first.levels.len();
+    columns
+        .extend(levels.map(|level| {
+            column(format!("level {}", level + 1), &|mesh| count(mesh.levels[level]))
+        }));
+    let mut text = fit(columns, width);
     if meshes.len() > MOST_ROWS {
         text += &format!("and {} smaller meshes\n", meshes.len() - MOST_ROWS);
     }
@@ -93,12 +97,12 @@ mod tests {
             triangles: 100 + mesh,
             levels: vec![50 + mesh],
         };
-        assert_eq!(mesh_table(&[]), "");
+        assert_eq!(mesh_table(&[], 80), "");
         let two = "triangles of mesh  source  level 1\n0                     100       50\n\
             hull                  101       51\n";
-        assert_eq!(mesh_table(&[mesh(0), mesh(1)]), two);
+        assert_eq!(mesh_table(&[mesh(0), mesh(1)], 80), two);
         let many: Vec<MeshReport> = (0..30).map(mesh).collect();
-        let text = mesh_table(&many);
+        let text = mesh_table(&many, 80);
         assert_eq!(text.lines().count(), 1 + MOST_ROWS + 1);
         assert!(text.contains("\n6 ") && !text.contains("\n5 "), "{text}");
         assert!(text.ends_with("and 6 smaller meshes\n"));

@@ -1,6 +1,7 @@
 //! Reports of a bake and of an evaluation, as JSON, as a table and as a page.
 
 mod chart;
+mod columns;
 mod csv;
 mod farthest;
 mod figures;
@@ -9,6 +10,7 @@ pub(crate) mod level_textures;
 mod meshes;
 pub mod pictures;
 pub mod repair;
+mod summary;
 mod table;
 pub(crate) mod threads;
 mod ticks;
@@ -24,13 +26,11 @@ use crate::evaluate::{Metrics, ViewMetrics};
 use crate::screen::Screen;
 use crate::transfer::MaterialTextures;
 use crate::warning::Warnings;
-use meshes::mesh_table;
-use table::{COLUMNS, header, row};
+use table::{COLUMNS, row};
 
 pub use farthest::FarthestPart;
 pub use meshes::MeshReport;
 pub(crate) use meshes::mesh_reports;
-pub(crate) use table::align;
 
 /// The report of a bake, in schema 1.
 #[derive(Clone, Debug, Serialize)]
@@ -42,6 +42,11 @@ pub struct BakeReport {
     pub digest: String,
     /// The files that were written beside this report, as paths in its folder.
     pub files: Vec<String>,
+    /// The size of each of these files in bytes.
+    pub file_bytes: Vec<u64>,
+    /// Files of an earlier bake that were removed, as this one has none of these names.
+    #[serde(skip)]
+    pub removed: Vec<String>,
     /// The source.
     pub input: InputReport,
     /// Warnings: things left out, guessed or mended.
@@ -67,6 +72,12 @@ pub struct BakeReport {
 pub struct InputReport {
     /// Its file.
     pub file: String,
+    /// Bytes of its file and of those that it names.
+    pub bytes: u64,
+    /// Bytes of its images, as files.
+    pub texture_bytes: usize,
+    /// Its triangle primitives.
+    pub draw_calls: usize,
     /// Meshes with triangles.
     pub meshes: usize,
     /// Triangles, without degenerate ones.
@@ -98,6 +109,8 @@ pub struct LevelReport {
     pub draw_calls: usize,
     /// Bytes of the images that it uses, as files.
     pub texture_bytes: usize,
+    /// Bytes of its files, with all images that it uses.
+    pub bytes: u64,
     /// Whether the target was reached.
     pub reached: bool,
     /// The reason why the target was not reached, if it was not.
@@ -145,28 +158,6 @@ impl BakeReport {
         to_json(self)
     }
 
-    /// The report as a table for people.
-    pub fn to_table(&self) -> String {
-        let mut rows = vec![header("level")];
-        rows.extend(self.rows());
-        let mut text = align(&rows) + &mesh_table(&self.meshes);
-        let textures = self.shared_textures().into_iter().chain(self.apart());
-        for line in self.misses().into_iter().chain(self.far_off()).chain(textures) {
-            text += &format!("{line}\n");
-        }
-        let s = &self.seconds;
-        text += &format!(
-            "read {:.2} s, weld {:.2} s, simplify {:.2} s, polish {:.2} s, repair {:.2} s, \
-             transfer {:.2} s, write {:.2} s, evaluate {:.2} s",
-            s.read, s.weld, s.simplify, s.polish, s.repair, s.transfer, s.write, s.evaluate
-        );
-        if let Some(bytes) = self.peak_memory_bytes {
-            text += &format!("; peak memory {:.0} MB", bytes as f64 / 1e6);
-        }
-        text.push('\n');
-        text
-    }
-
     /// The source and the levels as rows of a table.
     fn rows(&self) -> Vec<[String; COLUMNS]> {
         let mut rows = vec![row("source", self.input.triangles, None)];
@@ -176,45 +167,6 @@ impl BakeReport {
             rows.push(row(&name, level.triangles, level.metrics.as_ref()));
         }
         rows
-    }
-
-    /// A line for each level that missed its target, with the reason.
-    fn misses(&self) -> Vec<String> {
-        let miss = |(index, level): (usize, &LevelReport)| {
-            let why = level.why.as_ref()?;
-            Some(format!("level {} missed its {} triangles: {why}", index + 1, level.target))
-        };
-        self.levels.iter().enumerate().filter_map(miss).collect()
-    }
-
-    /// A line for each level that is far off the source somewhere, with the part that is.
-    fn far_off(&self) -> Vec<String> {
-        let levels = self.levels.iter().enumerate();
-        let line = |(index, level): (usize, &LevelReport)| {
-            level.farthest.as_ref()?.line(index + 1, level.metrics.as_ref()?)
-        };
-        levels.filter_map(line).collect()
-    }
-
-    /// A line for each material with a texture that levels share, with the reason.
-    fn shared_textures(&self) -> Vec<String> {
-        let line = |own: &MaterialTextures| {
-            let why = own.textures.iter().find_map(|texture| texture.why.as_ref())?;
-            Some(format!("material {} shares textures with its source: {why}", own.called()))
-        };
-        self.materials.iter().filter_map(line).collect()
-    }
-
-    /// A line for each material that is not merged, or not with all others, with the reason.
-    fn apart(&self) -> Vec<String> {
-        let line = |own: &MaterialTextures| {
-            let why = own.apart.as_ref()?;
-            Some(match own.merged.is_empty() {
-                true => format!("material {} is not merged: {why}", own.called()),
-                false => format!("a primitive of material {} is not joined: {why}", own.called()),
-            })
-        };
-        self.materials.iter().filter_map(line).collect()
     }
 }
 
@@ -306,7 +258,10 @@ impl CandidateReport {
                 views,
             },
             Err(error) => {
-                let failure = Some(error.to_string());
+                let failure = error.to_string();
+                // The name is a part of what the system says.
+                let failure = failure.strip_prefix(&format!("{file}: ")).unwrap_or(&failure);
+                let failure = Some(failure.to_owned());
                 Self { file, failure, ..Self::default() }
             }
         }
@@ -352,17 +307,6 @@ impl EvaluateReport {
     /// [`Error::Internal`] if they can't be written so.
     pub fn to_csv(&self) -> Result<String> {
         csv::to_csv(self.candidates.iter().map(|candidate| (candidate, &candidate.metrics)))
-    }
-
-    /// The report as a table for people.
-    pub fn to_table(&self) -> String {
-        let mut rows = vec![header("file")];
-        rows.extend(self.rows());
-        let mut text = align(&rows);
-        for complaint in self.complaints() {
-            text += &format!("{complaint}\n");
-        }
-        text
     }
 
     /// A line for each candidate that could not be compared or whose figures are doubtful.

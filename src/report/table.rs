@@ -26,7 +26,8 @@ pub(super) fn header(first: &str) -> [String; COLUMNS] {
 
 /// A candidate or level; its figures are empty where there are none.
 pub(super) fn row(name: &str, triangles: usize, metrics: Option<&Metrics>) -> [String; COLUMNS] {
-    let figure = |of: fn(&Metrics) -> String| metrics.map_or(String::new(), of);
+    // NaN is a figure of what no view shows.
+    let figure = |of: fn(&Metrics) -> String| metrics.map_or(String::new(), of).replace("NaN", "–");
     [
         name.to_owned(),
         triangles.to_string(),

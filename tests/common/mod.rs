@@ -23,6 +23,7 @@ use seamwise::bake::options::{BakeOptions, Targets, Textures};
 use seamwise::bake::{self, Input};
 use seamwise::error::Result;
 use seamwise::evaluate;
+use seamwise::export::files::{Layout, OutputOptions};
 use seamwise::progress::Progress;
 use seamwise::report::BakeReport;
 use seamwise::transfer::{BakeNormals, Sizes, TransferOptions};
@@ -65,9 +66,15 @@ impl Random {
     }
 }
 
+/// The default options, with a file of all levels besides.
+pub(crate) fn chained() -> BakeOptions {
+    let output = OutputOptions { layout: Layout::MsftLod, ..OutputOptions::default() };
+    BakeOptions { output, ..BakeOptions::default() }
+}
+
 /// Options that spend no time on measuring.
 pub(crate) fn unmeasured() -> BakeOptions {
-    BakeOptions { evaluate: None, ..BakeOptions::default() }
+    BakeOptions { evaluate: None, ..chained() }
 }
 
 /// Options that make textures anew for levels of these shares of the triangles, and measure nothing.
@@ -87,7 +94,7 @@ pub(crate) fn transferred(ratios: &[f64], scale: f64, bake_normals: BakeNormals)
 pub(crate) fn measured() -> BakeOptions {
     let evaluate =
         evaluate::Options { views: 4, resolution: 64, samples: 20_000, pixel_tolerance: 1.0 };
-    BakeOptions { evaluate: Some(evaluate), ..BakeOptions::default() }
+    BakeOptions { evaluate: Some(evaluate), ..chained() }
 }
 
 /// A bake and the folder it wrote into, which goes when this does.

@@ -16,5 +16,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         println!("{} of {} triangles", level.triangles, baked.report.input.triangles);
     }
     baked.report.warnings.iter().for_each(|warning| eprintln!("{warning}"));
-    Ok(baked.write(Path::new(folder))?)
+    baked.write(Path::new(folder))?;
+    Ok(())
 }

@@ -7,7 +7,7 @@ use std::time::Instant;
 use crate::common;
 use crate::common::assets::{cube, pointers, victim};
 use crate::common::build::{Build, glb};
-use crate::common::{Random, crc, shapes, within};
+use crate::common::{Random, chained, crc, shapes, within};
 use image::RgbaImage;
 use seamwise::bake::options::{BakeOptions, Targets};
 use seamwise::bake::{Input, bake};
@@ -34,11 +34,8 @@ impl Victim {
     fn new() -> Self {
         let evaluate =
             evaluate::Options { views: 1, resolution: 16, samples: 50, pixel_tolerance: 1.0 };
-        let options = BakeOptions {
-            targets: Targets::halves(2),
-            evaluate: Some(evaluate),
-            ..BakeOptions::default()
-        };
+        let options =
+            BakeOptions { targets: Targets::halves(2), evaluate: Some(evaluate), ..chained() };
         let folder = tempfile::tempdir().expect("a temporary folder");
         Self { folder, options, well: 0, errors: 0 }
     }

@@ -28,10 +28,11 @@ const HALF = 120; // of 255: half of the samples of a picture
 const SAMPLES = 2;
 
 const CASES = [
-  { name: 'scan', input: 'scan/frypan.glb', options: [] },
-  { name: 'materials', input: 'pbr/TennisRacquet/TennisRacquet.gltf', options: ['--textures', 'transfer'] },
-  { name: 'rigged', input: 'rigged/Fox.glb', options: [] },
-  { name: 'compressed', input: 'compressed/pirate_meshopt_quant.glb', options: ['--compress'] },
+  { name: 'scan', input: 'scan/frypan.glb', options: ['--layout', 'msft_lod'] },
+  { name: 'materials', input: 'pbr/TennisRacquet/TennisRacquet.gltf', options: ['--layout', 'msft_lod', '--textures', 'transfer'] },
+  { name: 'rigged', input: 'rigged/Fox.glb', options: ['--layout', 'msft_lod'] },
+  { name: 'compressed', input: 'compressed/pirate_meshopt_quant.glb', options: ['--layout', 'msft_lod', '--compress'] },
+  { name: 'web', input: 'scan/popcorn.glb', options: ['--preset', 'web'] },
   { name: 'named', input: 'scan/frypan.glb', options: ['--compress', '--format', 'gltf', '--layout', 'names'] },
 ];
 const READERS = ['three', 'babylon'];

@@ -11,38 +11,44 @@ use serde_json::{Value, json};
 use tempfile::TempDir;
 
 /// A folder with a few inputs.
-struct Stage {
-    folder: TempDir,
+pub(crate) struct Stage {
+    pub(crate) folder: TempDir,
 }
 
 impl Stage {
-    fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self { folder: tempfile::tempdir().expect("a temporary folder") }
     }
 
-    fn path(&self, name: &str) -> PathBuf {
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
 
-    fn put(&self, name: &str, bytes: &[u8]) -> &Self {
+    pub(crate) fn put(&self, name: &str, bytes: &[u8]) -> &Self {
+        std::fs::create_dir_all(self.path(name).parent().expect("a folder")).expect("a folder");
         std::fs::write(self.path(name), bytes).expect("a file is written");
         self
     }
 
     /// Runs the tool in the folder.
-    fn run(&self, arguments: &[&str]) -> Ran {
+    pub(crate) fn run(&self, arguments: &[&str]) -> Ran {
+        Ran::new(self.run_with(arguments, b""))
+    }
+
+    /// Runs it with something on standard input.
+    pub(crate) fn run_with(&self, arguments: &[&str], input: &[u8]) -> Output {
         let mut command = Command::cargo_bin("seamwise").expect("the binary");
-        let output = command.current_dir(&self.folder).args(arguments).output().expect("it runs");
-        Ran::new(output)
+        let command = command.current_dir(&self.folder).args(arguments).write_stdin(input);
+        command.output().expect("it runs")
     }
 }
 
 /// How a run ended.
 #[derive(Debug)]
-struct Ran {
-    code: i32,
-    stdout: String,
-    stderr: String,
+pub(crate) struct Ran {
+    pub(crate) code: i32,
+    pub(crate) stdout: String,
+    pub(crate) stderr: String,
 }
 
 impl Ran {
@@ -55,15 +61,15 @@ impl Ran {
     }
 }
 
-fn names(folder: &Path) -> Vec<String> {
+pub(crate) fn names(folder: &Path) -> Vec<String> {
     folder_files(folder).into_iter().map(|(name, _)| name).collect()
 }
 
-fn json_file(path: &Path) -> Value {
+pub(crate) fn json_file(path: &Path) -> Value {
     serde_json::from_slice(&std::fs::read(path).expect("a file")).expect("JSON")
 }
 
-fn sphere() -> Vec<u8> {
+pub(crate) fn sphere() -> Vec<u8> {
     textured(&shapes::sphere(24, 12), &picture(32)).glb()
 }
 
@@ -73,8 +79,9 @@ fn help_has_an_example_for_each_subcommand() {
     for subcommand in ["bake", "evaluate"] {
         let help = stage.run(&[subcommand, "--help"]);
         assert_eq!((help.code, help.stderr.as_str()), (0, ""));
-        let example = format!("Example: seamwise {subcommand} ");
-        assert!(help.stdout.contains(&example), "{}", help.stdout);
+        let example = format!("seamwise {subcommand} ");
+        let examples = help.stdout.split("Example").nth(1).unwrap_or_default();
+        assert!(examples.contains(&example), "{}", help.stdout);
         for option in ["--threads", "--quiet"] {
             assert!(help.stdout.contains(option), "{subcommand} {option}");
         }
@@ -143,10 +150,7 @@ fn a_bake_writes_its_files_and_a_table() {
     let ran = stage.run(&["bake", "a.glb", "-o", "out/deep", "--no-evaluate"]);
     assert_eq!((ran.code, ran.stderr.as_str()), (0, ""), "{ran:?}");
     let written = names(&stage.path("out/deep"));
-    assert_eq!(
-        written,
-        ["a.glb", "a.json", "a_lod1.glb", "a_lod2.glb", "a_lod3.glb", "a_lod4.glb"]
-    );
+    assert_eq!(written, ["a.json", "a_lod1.glb", "a_lod2.glb", "a_lod3.glb", "a_lod4.glb"]);
     let report = json_file(&stage.path("out/deep/a.json"));
     for level in report["levels"].as_array().expect("levels") {
         let triangles = level["triangles"].to_string();
@@ -273,7 +277,7 @@ fn one_bad_input_does_not_stop_the_others() {
     assert!(ran.stderr.lines().all(|line| line.starts_with("seamwise: ")), "{}", ran.stderr);
     assert!(!ran.stdout.contains("bad") && ran.stdout.contains("good"), "{}", ran.stdout);
     let written = names(&stage.path("out"));
-    assert_eq!(written.len(), 12, "{written:?}");
+    assert_eq!(written.len(), 10, "{written:?}");
     assert!(written.iter().all(|name| name.starts_with("good") || name.starts_with("last")));
 }
 
@@ -350,7 +354,7 @@ fn a_command_that_makes_no_sense_exits_with_2() {
 fn an_input_is_not_overwritten() {
     let stage = Stage::new();
     stage.put("a.glb", &sphere());
-    let ran = stage.run(&["bake", "a.glb", "-o", "."]);
+    let ran = stage.run(&["bake", "a.glb", "-o", ".", "--layout", "msft_lod"]);
     assert_eq!(ran.code, 2, "{ran:?}");
     assert!(ran.stderr.contains("overwritten"), "{ran:?}");
     assert_eq!(folder_files(stage.folder.path()), [("a.glb".to_owned(), sphere())]);
@@ -375,7 +379,8 @@ fn two_inputs_of_one_stem_are_named_apart_and_none_is_written_over_another() {
     assert_eq!(ran.code, 0, "{ran:?}");
     assert!(ran.stderr.contains("warning: b/a.glb") && ran.stderr.contains("a.glb"), "{ran:?}");
     assert!(stage.path("out/a_lod1.glb").exists() && stage.path("out/a.glb_lod1.glb").exists());
-    let ran = stage.run(&["bake", "a.glb", "a_lod2.glb", "-o", "two", "--no-evaluate"]);
+    let layout = ["--layout", "msft_lod", "--no-evaluate"];
+    let ran = stage.run(&[&["bake", "a.glb", "a_lod2.glb", "-o", "two"], &layout[..]].concat());
     assert!(ran.code == 2 || stage.path("two/a_lod2.glb_lod1.glb").exists(), "{ran:?}");
 }
 
@@ -388,20 +393,30 @@ fn the_files_do_not_depend_on_the_number_of_threads() {
             stage.run(&["bake", "a.glb", "-o", threads, "--threads", threads, "--no-evaluate"]);
         assert_eq!(ran.code, 0, "{ran:?}");
         let mut files = folder_files(&stage.path(threads));
-        let (_, report) = files.remove(1);
+        let (_, report) = files.remove(0);
         let report: Value = serde_json::from_slice(&report).expect("JSON");
-        assert_eq!(files.len(), 5);
+        assert_eq!(files.len(), 4);
         (files, report["levels"].clone())
     };
     assert!(with("1") == with("2"));
 }
 
 #[test]
-fn the_sample_is_baked_when_no_input_is_given() {
+fn the_sample_is_baked_when_it_is_asked_for() {
     let stage = Stage::new();
-    let ran = stage.run(&["bake", "-o", "out", "--no-evaluate", "--textures", "keep"]);
+    let ran = stage.run(&["bake", "--sample", "-o", "out", "--no-evaluate", "--textures", "keep"]);
     assert_eq!((ran.code, ran.stderr.as_str()), (0, ""), "{ran:?}");
     assert!(stage.path("out/sample_lod4.glb").is_file() && stage.path("out/sample.json").is_file());
+}
+
+#[test]
+fn no_input_is_an_error_and_never_the_sample() {
+    let stage = Stage::new();
+    for arguments in [&["bake", "-o", "out"][..], &["bake", "", "-o", "out"]] {
+        let ran = stage.run(arguments);
+        assert_eq!((ran.code, ran.stdout.as_str()), (2, ""), "{ran:?}");
+        assert!(!ran.stderr.is_empty() && !stage.path("out").exists(), "{ran:?}");
+    }
 }
 
 #[test]

@@ -33,6 +33,8 @@ mod seeds;
 mod steering;
 mod tangents;
 mod tiles;
+mod transcripts;
 mod transfer;
 mod transfer_shape;
 mod transfer_users;
+mod typed;

@@ -135,7 +135,7 @@ fn factors_and_textures_share_an_atlas_and_a_draw_call_and_glass_stays_apart() {
         merged.report.materials.iter().map(|own| (own.merged.len(), &own.apart)).collect();
     let why = Some("no other agrees with it in alpha mode, sides and extensions".to_owned());
     assert_eq!(told, [(3, &None), (3, &None), (3, &None), (0, &why)]);
-    let table = merged.report.to_table();
+    let table = merged.report.to_text(100);
     assert!(table.contains("material glass is not merged: no other agrees"), "{table}");
     let chain = merged.chain();
     assert_eq!(chain.gltf.materials().len(), 4 + 2, "the source keeps its own");

@@ -6,7 +6,9 @@ use std::path::Path;
 use crate::common::build::Build;
 use crate::common::output::Output;
 use crate::common::rigs::{Kind, bent_bar};
-use crate::common::{Baked, assets, folder_files, measured, shapes, shared_assets, unmeasured};
+use crate::common::{
+    Baked, assets, chained, folder_files, measured, shapes, shared_assets, unmeasured,
+};
 use gltf::Semantic;
 use seamwise::bake::Input;
 use seamwise::bake::options::{BakeOptions, Targets};
@@ -23,7 +25,7 @@ fn options(output: OutputOptions) -> BakeOptions {
 }
 
 fn compressed() -> OutputOptions {
-    OutputOptions { compress: true, ..OutputOptions::default() }
+    OutputOptions { compress: true, ..chained().output }
 }
 
 fn scene(path: &Path) -> Scene {
@@ -46,7 +48,7 @@ fn compressed_levels_lie_where_plain_ones_do_and_are_smaller() {
     build.json["nodes"][0]["scale"] = json!([2.0, 2.0, 2.0]);
     build.json["nodes"][0]["name"] = json!("ball");
     let glb = build.glb();
-    let plain = Baked::bytes("ball", &glb, &options(OutputOptions::default()));
+    let plain = Baked::bytes("ball", &glb, &options(chained().output));
     let small = Baked::bytes("ball", &glb, &options(compressed()));
     for level in [1, 2] {
         let [own, other] = [&plain, &small].map(|baked| scene(&baked.level_path(level)));
@@ -114,7 +116,7 @@ fn names_group_the_source_and_its_levels_under_the_node() {
     let mut build = Build::of(&shapes::sphere(32, 16));
     build.json["nodes"][0]["name"] = json!("ball");
     build.json["nodes"][0]["translation"] = json!([1.0, 0.0, 0.0]);
-    let output = OutputOptions { layout, ..OutputOptions::default() };
+    let output = OutputOptions { layout, ..chained().output };
     let chain = Baked::bytes("ball", &build.glb(), &options(output)).chain();
     let names: Vec<&str> = chain.gltf.nodes().filter_map(|node| node.name()).collect();
     assert_eq!(names, ["ball", "ball_LOD0", "ball_LOD1", "ball_LOD2"]);
@@ -130,7 +132,7 @@ fn names_group_the_source_and_its_levels_under_the_node() {
 
 #[test]
 fn without_a_layout_there_is_a_file_for_each_level_alone() {
-    let output = OutputOptions { layout: Layout::None, ..OutputOptions::default() };
+    let output = OutputOptions { layout: Layout::None, ..chained().output };
     let baked = Baked::bytes("cube", &assets::cube(8).glb(), &options(output));
     let names: Vec<String> = baked.files().into_iter().map(|(name, _)| name).collect();
     assert_eq!(names, ["cube.json", "cube_lod1.glb", "cube_lod2.glb"]);
@@ -156,7 +158,7 @@ fn all_files(folder: &Path) -> Vec<String> {
 fn a_gltf_has_its_binary_and_images_beside_it() {
     let mut build = assets::cube(8);
     build.json["images"][0]["name"] = json!("the atlas");
-    let output = OutputOptions { format: Format::Gltf, ..OutputOptions::default() };
+    let output = OutputOptions { format: Format::Gltf, ..chained().output };
     let baked = Baked::bytes("a cube", &build.glb(), &options(output));
     let names = [
         "a cube.bin",
@@ -169,7 +171,7 @@ fn a_gltf_has_its_binary_and_images_beside_it() {
         "a cube_textures/the atlas.png",
     ];
     assert_eq!(all_files(baked.folder.path()), names);
-    let glb = Baked::bytes("a cube", &build.glb(), &options(OutputOptions::default()));
+    let glb = Baked::bytes("a cube", &build.glb(), &options(chained().output));
     for level in [1, 2] {
         let path = glb.level_path(level);
         let name = path.with_extension("gltf").file_name().expect("a name").to_owned();
@@ -188,7 +190,7 @@ fn the_gltf_crate_imports_what_is_written() {
         ("rigged/Fox.glb", Format::Gltf, "gltf"),
         ("pbr/TennisRacquet/TennisRacquet.gltf", Format::Gltf, "gltf"),
     ] {
-        let output = OutputOptions { format, ..OutputOptions::default() };
+        let output = OutputOptions { format, ..chained().output };
         let options = BakeOptions { polish: None, ..options(output) };
         let baked = Baked::input(Input::File(&folder.join(name)), &options).expect("a bake");
         for path in [baked.level_path(1), baked.chain_path()] {
@@ -219,7 +221,7 @@ fn no_file_of_the_source_is_written_over() {
     std::fs::write(&path, build.glb()).expect("a file");
     let before = (all_files(folder.path()), folder_files(&textures));
     for layout in [Layout::MsftLod, Layout::None] {
-        let output = OutputOptions { format: Format::Gltf, layout, ..OutputOptions::default() };
+        let output = OutputOptions { format: Format::Gltf, layout, ..chained().output };
         let run = seamwise::bake::bake(
             Input::File(&path),
             folder.path(),
@@ -246,7 +248,7 @@ fn levels_follow_what_moves_their_node() {
     let shown = chain["nodes"][0]["children"][0].as_u64().expect("a child") as usize;
     let levels = chain["nodes"][shown]["extensions"]["MSFT_lod"]["ids"].as_array().map(Vec::len);
     assert_eq!(levels, Some(2), "the levels are beside a child of what moves");
-    let plain = Baked::bytes("ball", &build.glb(), &options(OutputOptions::default()));
+    let plain = Baked::bytes("ball", &build.glb(), &options(chained().output));
     assert_eq!(Output::read(&plain.chain_path()).gltf.animations().len(), 1);
 }
 
@@ -305,7 +307,7 @@ fn shared_vertices_are_stored_once_and_each_level_reads_a_prefix() {
     for (name, glb) in [("ball", ball), ("bar", bent_bar(Kind::U8).glb())] {
         for layout in [Layout::MsftLod, Layout::Names] {
             let bake = |share_vertices| {
-                let output = OutputOptions { share_vertices, layout, ..OutputOptions::default() };
+                let output = OutputOptions { share_vertices, layout, ..chained().output };
                 let steering = Steering { placement: Placement::Ends, ..Steering::default() };
                 let targets = Targets::ratios(vec![0.5, 0.2]).expect("ratios");
                 let options = BakeOptions { steering, targets, polish: None, ..options(output) };
@@ -332,7 +334,7 @@ fn shared_vertices_are_stored_once_and_each_level_reads_a_prefix() {
 fn a_file_of_polished_levels_is_what_it_was_and_no_larger() {
     let glb = assets::textured(&shapes::sphere(48, 24), &assets::picture(16)).glb();
     let [apart, shared] = [false, true].map(|share_vertices| {
-        let output = OutputOptions { share_vertices, ..OutputOptions::default() };
+        let output = OutputOptions { share_vertices, ..chained().output };
         let options = BakeOptions { output, targets: Targets::halves(2), ..unmeasured() };
         Baked::bytes("ball", &glb, &options)
     });

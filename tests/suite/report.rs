@@ -12,7 +12,7 @@ use seamwise::bake::options::{BakeOptions, ReportOptions, Textures};
 use seamwise::transfer::TransferOptions;
 
 fn reported(threads: bool) -> BakeOptions {
-    BakeOptions { report: Some(ReportOptions { threads }), ..measured() }
+    BakeOptions { report: Some(ReportOptions { threads, apart: false }), ..measured() }
 }
 
 /// The page of a bake of the seam cube, whose atlas is repaired.

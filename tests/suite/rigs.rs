@@ -6,7 +6,7 @@ use crate::common::build::Build;
 use crate::common::output::Output;
 use crate::common::pose::{Moved, Pose, deform, influences};
 use crate::common::rigs::{Kind, bent_bar, halves, second_share, zeros};
-use crate::common::{Baked, shared_assets, unmeasured};
+use crate::common::{Baked, chained, shared_assets, unmeasured};
 use gltf::Semantic;
 use gltf::accessor::DataType;
 use seamwise::bake::Input;
@@ -131,7 +131,7 @@ const RUNNING: [Figures; 4] = [(0.0027, 0.030), (0.0060, 0.052), (0.0100, 0.069)
 fn compressed_levels_of_a_fox_run_as_plain_ones_do() {
     let Some(folder) = shared_assets() else { return };
     let path = folder.join("rigged/Fox.glb");
-    let output = OutputOptions { compress: true, ..OutputOptions::default() };
+    let output = OutputOptions { compress: true, ..chained().output };
     let options = BakeOptions { textures: Textures::Keep, output, ..unmeasured() };
     let baked = Baked::input(Input::File(&path), &options).expect("a bake");
     let plain = |level: usize| {

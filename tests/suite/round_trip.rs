@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use crate::common;
 use crate::common::build::Build;
-use crate::common::{Baked, assets, shapes, shared_assets, unmeasured};
+use crate::common::{Baked, assets, chained, shapes, shared_assets, unmeasured};
 use seamwise::bake::Input;
 use seamwise::bake::options::{BakeOptions, Targets, Textures};
 use seamwise::document::accessor;
@@ -138,10 +138,7 @@ fn every_real_asset_comes_back_whole() {
     let all = documents(&folder);
     assert!(all.len() >= 16, "{all:?}");
     for path in all {
-        assert_comes_back(
-            &path,
-            OutputOptions { layout: Layout::None, ..OutputOptions::default() },
-        );
+        assert_comes_back(&path, OutputOptions { layout: Layout::None, ..chained().output });
     }
 }
 
@@ -150,7 +147,7 @@ fn compressed_and_beside_their_images_real_assets_come_back_whole_too() {
     let Some(folder) = shared_assets() else { return };
     let layout = Layout::None;
     for name in ["rigged/Fox.glb", "rigged/bitmoji.glb", "nasty/points_lines_strips.glb"] {
-        let output = OutputOptions { compress: true, layout, ..OutputOptions::default() };
+        let output = OutputOptions { compress: true, layout, ..chained().output };
         assert_comes_back(&folder.join(name), output);
     }
     for name in [
@@ -158,12 +155,8 @@ fn compressed_and_beside_their_images_real_assets_come_back_whole_too() {
         "compressed/mustard_bottle_ktx2/006_mustard_bottle_textured.gltf",
         "nasty/living_room_png16/living_room.gltf",
     ] {
-        let output = OutputOptions {
-            compress: true,
-            format: Format::Gltf,
-            layout,
-            ..OutputOptions::default()
-        };
+        let output =
+            OutputOptions { compress: true, format: Format::Gltf, layout, ..chained().output };
         assert_comes_back(&folder.join(name), output);
     }
 }
@@ -176,10 +169,7 @@ fn built_assets_come_back_whole_in_every_form() {
             let folder = tempfile::tempdir().expect("a folder");
             let path = folder.path().join(format!("{name}.glb"));
             std::fs::write(&path, build.glb()).expect("a file");
-            assert_comes_back(
-                &path,
-                OutputOptions { compress, format, ..OutputOptions::default() },
-            );
+            assert_comes_back(&path, OutputOptions { compress, format, ..chained().output });
         }
     }
 }
@@ -197,14 +187,14 @@ fn with_tangents() -> Build {
 #[test]
 fn tangents_of_the_source_survive_where_nothing_moved() {
     let glb = with_tangents().glb();
-    let level = Baked::bytes("tangents", &glb, &whole(OutputOptions::default())).level(1);
+    let level = Baked::bytes("tangents", &glb, &whole(chained().output)).level(1);
     let rows = |output: &common::output::Output| {
         let mut meshes = output.gltf.meshes();
         let primitive = meshes.next().and_then(|mesh| mesh.primitives().next()).expect("one");
         output.rows(&primitive.get(&gltf::Semantic::Tangents).expect("tangents"))
     };
     assert!(rows(&level).iter().all(|row| *row == [0.6, 0.0, 0.8, -1.0]));
-    let half = BakeOptions { targets: Targets::halves(1), ..whole(OutputOptions::default()) };
+    let half = BakeOptions { targets: Targets::halves(1), ..whole(chained().output) };
     let half = Baked::bytes("tangents", &glb, &half).level(1);
     assert!(rows(&half).iter().all(|row| row[0] != 0.6), "computed anew");
 }

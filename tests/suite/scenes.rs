@@ -66,7 +66,7 @@ fn a_flat_sheet_gives_its_triangles_to_a_dented_ball() {
     let [sheet, ball] = &scene.report.meshes[..] else { panic!("two meshes") };
     assert!(sheet.levels[1] < 20 && sheet.levels[2] >= 1, "{sheet:?}");
     assert!(ball.levels[1] > 30 * sheet.levels[1], "{ball:?}");
-    assert!(scene.report.to_table().contains("triangles of mesh"));
+    assert!(scene.report.to_text(100).contains("triangles of mesh"));
 }
 
 #[test]

@@ -1,0 +1,83 @@
+//! Arguments of `seamwise evaluate`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use seamwise::evaluate;
+use seamwise::evaluate::scene::Mode;
+use seamwise::screen::Screen;
+
+use super::reading::ReadingArgs;
+
+/// `seamwise evaluate`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example: seamwise evaluate helmet.gltf out/helmet_lod1.glb other.glb")]
+pub(crate) struct EvaluateArgs {
+    /// The original: .glb, .gltf, .obj, .ply or .off, as the candidates.
+    pub(crate) reference: PathBuf,
+    /// What to compare with it, from any tool.
+    #[arg(required = true)]
+    pub(crate) candidates: Vec<PathBuf>,
+    /// Cameras around the reference.
+    #[arg(long, default_value_t = 24, value_parser = clap::value_parser!(u8).range(1..=24))]
+    views: u8,
+    /// Pixels along each side of a view.
+    #[arg(long, default_value_t = 512, value_parser = clap::value_parser!(u16).range(16..=4096))]
+    resolution: u16,
+    /// Samples on each surface.
+    #[arg(long, default_value_t = 200_000, value_parser = clap::value_parser!(u32).range(1000..=100_000_000))]
+    samples: u32,
+    /// How many pixels a surface may be off where a candidate takes over: there it is looked at once
+    /// more.
+    #[arg(long, default_value_t = Screen::default().pixel_tolerance, value_name = "PIXELS", value_parser = parse_tolerance)]
+    pixel_tolerance: f64,
+    /// Compare and draw base color alone, without light: what the textures lost, apart from the
+    /// shape.
+    #[arg(long)]
+    unlit: bool,
+    /// Write the figures as JSON.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
+    /// Write the figures as CSV, a row for each candidate.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) csv: Option<PathBuf>,
+    /// Fill the reference's atlases in memory first, so that what bleeds in it does not count as
+    /// right.
+    #[arg(long)]
+    pub(crate) clean_reference: bool,
+    /// Write a page with the figures, charts and pictures.
+    #[arg(long, value_name = "FILE.html")]
+    pub(crate) report: Option<PathBuf>,
+    /// Draw the reference and all candidates side by side, and where they differ.
+    #[arg(long, value_name = "FILE.png")]
+    pub(crate) sheet: Option<PathBuf>,
+    /// Views on the sheet.
+    #[arg(long, default_value_t = 3, requires = "sheet", value_parser = clap::value_parser!(u8).range(1..=24))]
+    pub(crate) sheet_views: u8,
+    #[command(flatten)]
+    pub(crate) reading: ReadingArgs,
+}
+
+impl EvaluateArgs {
+    /// The options that these arguments give.
+    pub(crate) fn resolve(&self) -> evaluate::Options {
+        evaluate::Options {
+            views: self.views.into(),
+            resolution: self.resolution.into(),
+            samples: self.samples as usize,
+            pixel_tolerance: self.pixel_tolerance,
+        }
+    }
+
+    /// The coloring of surfaces in the views and on the sheet.
+    pub(crate) fn mode(&self) -> Mode {
+        if self.unlit { Mode::Unlit } else { Mode::Lit }
+    }
+}
+
+/// Reads a number of pixels above 0.
+fn parse_tolerance(text: &str) -> std::result::Result<f64, String> {
+    let tolerance = text.parse().ok().filter(|tolerance: &f64| *tolerance > 0.0);
+    tolerance.filter(|t| t.is_finite()).ok_or_else(|| format!("{text} is no number above 0"))
+}
