@@ -73,27 +73,41 @@ impl ImagePool {
         if is_plain && before <= MOST_BYTES {
             return Ok(None);
         }
-        let decoded = self.images.par_iter().enumerate();
-        let decoded =
-            decoded.map(|(index, own)| decode(own, &format!("image {index}"), self.limit));
-        let decoded: Vec<DynamicImage> = decoded.collect::<Result<_>>()?;
-        let mut told = String::new();
+        let is_large = before > MOST_BYTES;
+        let changes = |own: &EncodedImage| is_large || own.format == ImageFormat::Ktx2;
+        let decode_own = |(index, own): (usize, &EncodedImage)| {
+            let decoded = changes(own).then(|| decode(own, &format!("image {index}"), self.limit));
+            decoded.transpose()
+        };
+        let decoded = self.images.par_iter().enumerate().map(decode_own);
+        let decoded: Vec<Option<DynamicImage>> = decoded.collect::<Result<_>>()?;
         for side in SIDES {
             let smaller = self.images.par_iter().zip(&decoded);
-            let smaller = smaller.map(|(own, texels)| reduced(own, texels, side));
+            let smaller = smaller.map(|(own, texels)| match texels {
+                Some(texels) => reduced(own, texels, side),
+                None => Ok(own.clone()),
+            });
             let smaller: Vec<EncodedImage> = smaller.collect::<Result<_>>()?;
-            told = format!(
-                "Textures are shown smaller than they are: at most {side} texels a side, most as JPEG of \
-                 quality {QUALITY}, {} kB instead of {} kB. Counts of bytes are those of the files.",
-                bytes(&smaller).div_ceil(1000),
-                before.div_ceil(1000)
-            );
-            if bytes(&smaller) <= MOST_BYTES || side == SIDES[SIDES.len() - 1] {
-                self.images = smaller;
-                break;
+            let after = bytes(&smaller);
+            if after > MOST_BYTES && side > SIDES[SIDES.len() - 1] {
+                continue;
             }
+            self.images = smaller;
+            return Ok(Some(if is_large {
+                format!(
+                    "Textures are shown smaller than they are: at most {side} texels a side, most as JPEG of \
+                     quality {QUALITY}, {} kB instead of {} kB. Counts of bytes are those of the files.",
+                    after.div_ceil(1000),
+                    before.div_ceil(1000)
+                )
+            } else {
+                format!(
+                    "Textures in KTX2, which browsers do not read, are shown as JPEG or PNG, at most {side} \
+                     texels a side."
+                )
+            }));
         }
-        Ok(Some(told))
+        Ok(None)
     }
 }
 
@@ -123,7 +137,8 @@ mod tests {
 
     fn noise(side: u32) -> DynamicImage {
         DynamicImage::ImageRgb8(image::RgbImage::from_fn(side, side, |x, y| {
-            let hash = (x * 7919 + y * 104_729).wrapping_mul(2_654_435_761);
+            let mixed = (x * 4096 + y + 1).wrapping_mul(0x9e37_79b9);
+            let hash = (mixed ^ mixed >> 15).wrapping_mul(0x85eb_ca6b) >> 8;
             image::Rgb([hash as u8, (hash >> 8) as u8, (hash >> 16) as u8])
         }))
     }
