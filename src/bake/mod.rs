@@ -21,6 +21,8 @@ use crate::atlas::{ImageRepair, encode_repaired, repair_all};
 use crate::document::asset::Asset;
 use crate::error::Result;
 use crate::evaluate::load::{TextureCache, load};
+use crate::evaluate::reference::ReferenceScene;
+use crate::evaluate::scene::{Mode, Scene};
 use crate::evaluate::{self, Reference};
 use crate::export::bundle::{Chain, Measured};
 use crate::export::disk::check_writable;
@@ -175,8 +177,8 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
         }
     };
     let mut extras = Extras::default();
-    if let (Some(repairs), Some(_)) = (repairs, options.report) {
-        let draw = || draw_atlases(&asset, &repairs, options.reading.memory_limit);
+    if let (Some(repairs), Some(_)) = (&repairs, options.report) {
+        let draw = || draw_atlases(&asset, repairs, options.reading.memory_limit);
         extras.atlases = clock.time("report", |s| &mut s.report, draw)?;
     }
     let assembly = LevelAssembly {
@@ -189,14 +191,20 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
     let assembled = clock.time("write", |s| &mut s.write, assemble)?;
     let levels = clock.time("write", |s| &mut s.write, || level_assets(&asset, &assembled))?;
     let mut cache = TextureCache::with_limit(options.reading.memory_limit);
-    let measure = |options| {
-        let measure = || evaluate_all(&asset, &levels, options, &mut cache, progress);
-        clock.time("evaluate", |s| &mut s.evaluate, measure)
-    };
-    let is_shown = surfaces == Surfaces::Shown;
-    let measured = options.evaluation().filter(|_| is_shown).map(measure).transpose()?;
-    if options.report.is_some() && is_shown {
-        let draw = || draw_all(&asset, &levels, &mut cache, progress);
+    let is_compared = options.evaluate.is_some() || options.report.is_some();
+    let reference = (is_compared && surfaces == Surfaces::Shown).then(|| {
+        let load = || load_reference(&asset, repairs.as_deref(), options, &mut cache);
+        clock.time("evaluate", |s| &mut s.evaluate, load)
+    });
+    let reference = reference.transpose()?;
+    drop(repairs);
+    let mut measured = None;
+    if let (Some(reference), Some(own)) = (&reference, options.evaluation()) {
+        let measure = || evaluate_all(&reference.scene, &levels, own, &mut cache, progress);
+        measured = Some(clock.time("evaluate", |s| &mut s.evaluate, measure)?);
+    }
+    if let (Some(reference), Some(_)) = (&reference, options.report) {
+        let draw = || draw_all(&reference.scene, &levels, &mut cache, progress);
         extras.gallery = Some(clock.time("report", |s| &mut s.report, draw)?);
         let draw = || draw_level_textures(&levels, &images, options.reading.memory_limit);
         extras.level_textures = clock.time("report", |s| &mut s.report, draw)?;
@@ -226,6 +234,7 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
         input: input_report,
         warnings,
         screen: options.screen,
+        reference_textures: reference.filter(|_| measured.is_some()).map(|own| own.textures),
         levels,
         meshes: mesh_reports(&asset, &geometries, &lods),
         materials,
@@ -295,15 +304,28 @@ fn level_assets(asset: &Asset, levels: &[AssetLevel<'_>]) -> Result<Vec<Asset>> 
     levels.par_iter().map(|level| level_asset(asset, level)).collect()
 }
 
+/// What levels are compared with.
+fn load_reference(
+    asset: &Asset,
+    repairs: Option<&[ImageRepair]>,
+    options: &BakeOptions,
+    cache: &mut TextureCache,
+) -> Result<ReferenceScene> {
+    if options.reference_as_is {
+        return ReferenceScene::as_is(asset, cache);
+    }
+    ReferenceScene::cleaned(asset, repairs, Mode::Lit, options.reading.memory_limit, cache)
+}
+
 /// The source and the levels in pictures.
 fn draw_all(
-    asset: &Asset,
+    source: &Scene,
     levels: &[Asset],
     textures: &mut TextureCache,
     progress: &Progress,
 ) -> Result<Gallery> {
     progress.stage("draw", levels.len() + 1, |done| {
-        let mut gallery = Gallery::new(&load(asset, textures)?)?;
+        let mut gallery = Gallery::new(source)?;
         for level in levels {
             progress.check("report")?;
             done.fetch_add(1, Ordering::Relaxed);
@@ -314,15 +336,14 @@ fn draw_all(
 }
 
 fn evaluate_all(
-    asset: &Asset,
+    source: &Scene,
     levels: &[Asset],
     options: evaluate::Options,
     textures: &mut TextureCache,
     progress: &Progress,
 ) -> Result<Measured> {
     progress.stage("evaluate", levels.len() + 1, |done| {
-        let scene = load(asset, textures)?;
-        let reference = Reference::new(&scene, options)?;
+        let reference = Reference::new(source, options)?;
         let count = || done.fetch_add(1, Ordering::Relaxed);
         count();
         let mut measured = Measured::new(reference.diagonal());

@@ -27,6 +27,9 @@ pub struct BakeOptions {
     pub textures: Textures,
     /// Options of the evaluation of levels, if there is one; for the pixel tolerance of `screen`.
     pub evaluate: Option<evaluate::Options>,
+    /// Whether levels are measured against the source as it is even where its atlases bleed, instead of
+    /// with them filled.
+    pub reference_as_is: bool,
     /// The screen that the sizes of the levels are computed for.
     pub screen: Screen,
     /// Whether a page with charts and pictures is written.
@@ -71,6 +74,7 @@ impl Default for BakeOptions {
             polish: Some(Polish::default()),
             textures: Textures::Repair,
             evaluate: Some(evaluate::Options::default()),
+            reference_as_is: false,
             screen: Screen::default(),
             report: None,
             reading: ReadOptions::default(),

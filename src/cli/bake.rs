@@ -120,6 +120,11 @@ struct MeasureArgs {
     /// Do not measure the levels: faster.
     #[arg(long)]
     no_evaluate: bool,
+    /// Measure against the source as it is, even if its atlases bleed.
+    ///
+    /// By default it is measured with them filled, so that what bleeds does not count as right.
+    #[arg(long, conflicts_with = "no_evaluate")]
+    reference_as_is: bool,
     /// Vertical field of view that the levels are seen with, for the sizes they may be shown at.
     #[arg(long, default_value_t = Screen::default().field_of_view_degrees, value_name = "DEGREES")]
     field_of_view: f64,
@@ -288,6 +293,7 @@ impl BakeArgs {
             polish: self.polish(),
             textures: self.textures.resolve()?,
             evaluate: (!self.measuring.no_evaluate).then(evaluate::Options::default),
+            reference_as_is: self.measuring.reference_as_is,
             screen,
             report: self.places.report.as_ref().map(|_| page),
             reading: self.reading.resolve(common),

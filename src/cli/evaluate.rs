@@ -42,10 +42,14 @@ pub(crate) struct EvaluateArgs {
     /// Write the figures as CSV, a row for each candidate.
     #[arg(long, value_name = "FILE")]
     pub(crate) csv: Option<PathBuf>,
-    /// Fill the reference's atlases in memory first, so that what bleeds in it does not count as
-    /// right.
+    /// Compare with the reference as it is, even if its atlases bleed.
+    ///
+    /// By default they are filled in memory first, so that what bleeds does not count as right.
     #[arg(long)]
-    pub(crate) clean_reference: bool,
+    pub(crate) reference_as_is: bool,
+    /// The default; kept for older scripts.
+    #[arg(long, hide = true, conflicts_with = "reference_as_is")]
+    clean_reference: bool,
     /// Write a page with the figures, charts and pictures.
     #[arg(long, value_name = "FILE.html")]
     pub(crate) report: Option<PathBuf>,

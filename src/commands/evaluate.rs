@@ -4,14 +4,14 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 
-use seamwise::atlas::{encode_repaired, repair_all};
 use seamwise::evaluate::Reference;
 use seamwise::evaluate::camera::Rig;
 use seamwise::evaluate::load::{TextureCache, load};
+use seamwise::evaluate::reference::ReferenceScene;
 use seamwise::evaluate::scene::Scene;
 use seamwise::evaluate::sheet::contact_sheet;
 use seamwise::export::disk::write_files;
-use seamwise::image_file::codec::{EncodeOptions, encode};
+use seamwise::image_file::codec::encode;
 use seamwise::image_file::encoded::ImageFormat;
 use seamwise::report::html::evaluate_page;
 use seamwise::report::pictures::Gallery;
@@ -29,6 +29,7 @@ pub(crate) fn evaluate(args: &EvaluateArgs, common: Common) -> Result<usize> {
     check_files(written.into_iter().flatten())?;
     let named = |error: seamwise::error::Error| error.in_file(&args.reference);
     let (reference, mut warnings) = load_reference(args, common, &mut cache).map_err(named)?;
+    let ReferenceScene { scene: reference, textures } = reference;
     let options = args.resolve();
     let against = Reference::with_mode(&reference, options, args.mode()).map_err(named)?;
     let mut doubts = Warnings::default();
@@ -66,6 +67,7 @@ pub(crate) fn evaluate(args: &EvaluateArgs, common: Common) -> Result<usize> {
             file: args.reference.display().to_string(),
             triangles: reference.triangles.len(),
             diagonal: against.diagonal(),
+            textures,
         },
         mode: args.mode(),
         views: ViewReport::of(against.rig(), against.origin()),
@@ -115,16 +117,14 @@ fn load_reference(
     args: &EvaluateArgs,
     common: Common,
     cache: &mut TextureCache,
-) -> seamwise::error::Result<(Scene, Warnings)> {
-    let mut asset = read_warned(&args.reference, &args.reading, common)?;
-    if args.clean_reference {
-        asset.images = encode_repaired(
-            &asset,
-            &repair_all(&asset, common.memory_limit)?,
-            EncodeOptions::default(),
-        )?;
-    }
-    Ok((load(&asset, cache)?, asset.warnings.in_file(&args.reference)))
+) -> seamwise::error::Result<(ReferenceScene, Warnings)> {
+    let asset = read_warned(&args.reference, &args.reading, common)?;
+    let reference = if args.reference_as_is {
+        ReferenceScene::as_is(&asset, cache)?
+    } else {
+        ReferenceScene::cleaned(&asset, None, args.mode(), common.memory_limit, cache)?
+    };
+    Ok((reference, asset.warnings.in_file(&args.reference)))
 }
 
 fn load_file(

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::{DMat4, DVec3, Mat3, Vec2, Vec3, Vec4};
 use gltf::json;
 use gltf::json::validation::Checked;
+use image::DynamicImage;
 use rustc_hash::FxHashMap;
 use seamwise_attr::{TangentInput, compute_tangents};
 use seamwise_texture::{ColorEncoding, Mips, Role};
@@ -18,7 +19,7 @@ use crate::document::primitive::Primitive;
 use crate::error::{Error, Result};
 use crate::evaluate::scene::{Alpha, Material, Scene, TextureRef};
 use crate::image_file::codec::decode;
-use crate::image_file::encoded::EncodedImage;
+use crate::image_file::encoded::{EncodedImage, ImageFormat};
 use crate::limit::{Budget, MemoryLimit};
 
 /// Decoded textures, kept so that assets which share an image decode it once.
@@ -26,6 +27,8 @@ use crate::limit::{Budget, MemoryLimit};
 pub struct TextureCache {
     /// By where the image's bytes lie, which the entry keeps alive, and by how they are decoded.
     known: FxHashMap<(usize, bool), (EncodedImage, Arc<Mips>)>,
+    /// Texels of images that stand for them, by where the image's bytes lie.
+    texels: FxHashMap<usize, (EncodedImage, DynamicImage)>,
     limit: MemoryLimit,
 }
 
@@ -33,6 +36,13 @@ impl TextureCache {
     /// An empty cache for images that take no more memory than the limit.
     pub fn with_limit(limit: MemoryLimit) -> Self {
         Self { limit, ..Self::default() }
+    }
+
+    /// An image that is these texels for this cache, without a file.
+    pub(super) fn stand_in(&mut self, texels: DynamicImage) -> EncodedImage {
+        let image = EncodedImage { bytes: Arc::new(vec![0]), format: ImageFormat::Png };
+        self.texels.insert(Arc::as_ptr(&image.bytes).addr(), (image.clone(), texels));
+        image
     }
 
     fn mips(&mut self, image: &EncodedImage, role: Role, at: &str) -> Result<Arc<Mips>> {
@@ -44,7 +54,10 @@ impl TextureCache {
         if let Some((_, mips)) = self.known.get(&key) {
             return Ok(mips.clone());
         }
-        let texels = decode(image, at, self.limit)?.into_rgba8();
+        let texels = match self.texels.get(&key.0) {
+            Some((_, texels)) => texels.to_rgba8(),
+            None => decode(image, at, self.limit)?.into_rgba8(),
+        };
         let (width, height) = (texels.width() as usize, texels.height() as usize);
         let encoding = if is_color { ColorEncoding::Srgb } else { ColorEncoding::Linear };
         let mips = Mips::from_rgba8(width, height, texels.as_raw(), encoding)
@@ -80,10 +93,7 @@ fn neutral(role: Role) -> Result<Mips> {
 pub fn load(asset: &Asset, cache: &mut TextureCache) -> Result<Scene> {
     let mut scene = Scene { origin: origin(asset)?, ..Scene::default() };
     let mut budget = Budget::of(cache.limit);
-    for material in 0..asset.count("materials") {
-        scene.materials.push(load_material(asset, material, cache)?);
-    }
-    scene.materials.push(Material::default());
+    scene.materials = load_materials(asset, cache)?;
     for (node, world) in world_nodes(asset)? {
         let at = format!("/nodes/{node}");
         let Some(mesh) = asset.reference(&at, "mesh", "meshes")? else {
@@ -109,6 +119,12 @@ pub fn load(asset: &Asset, cache: &mut TextureCache) -> Result<Scene> {
     }
     scene.origin += center(asset);
     Ok(scene)
+}
+
+/// The materials of an asset, and the default one.
+pub(super) fn load_materials(asset: &Asset, cache: &mut TextureCache) -> Result<Vec<Material>> {
+    let own = (0..asset.count("materials")).map(|material| load_material(asset, material, cache));
+    own.chain([Ok(Material::default())]).collect()
 }
 
 /// The place that all coordinates of an asset are counted from (`CESIUM_RTC`): the world's origin unless it

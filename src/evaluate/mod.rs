@@ -19,6 +19,7 @@ mod metrics;
 mod paint;
 mod patch;
 mod raster;
+pub mod reference;
 pub mod render;
 pub mod scene;
 mod seams;

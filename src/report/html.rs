@@ -142,7 +142,7 @@ pub fn bake_page(report: &BakeReport, extras: &Extras) -> Result<String> {
         rows: report.rows().into_iter().map(|cells| Row::new(cells, None)).collect(),
         header: header("level"),
         warnings: lines(&report.warnings),
-        notes: [report.misses(), report.far_off()].concat(),
+        notes: [report.cleaned(), report.misses(), report.far_off()].concat(),
         charts: charts(&measured),
         atlases: extras.atlases.shown.iter().map(atlas_block).collect(),
         atlas_notes: atlas_notes(&extras.atlases),
@@ -355,6 +355,7 @@ fn thread_bars(times: &[ThreadTime]) -> Vec<Bar> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::evaluate::reference::ReferenceTextures;
     use crate::evaluate::scene::Scene;
     use crate::report::ReferenceReport;
 
@@ -373,7 +374,12 @@ mod tests {
         };
         let report = EvaluateReport {
             schema: 1,
-            reference: ReferenceReport { file: "<b>&\".glb".into(), triangles: 12, diagonal: 1.0 },
+            reference: ReferenceReport {
+                file: "<b>&\".glb".into(),
+                triangles: 12,
+                diagonal: 1.0,
+                textures: ReferenceTextures::default(),
+            },
             mode: Mode::Lit,
             views: Vec::new(),
             candidates: candidates.iter().map(candidate).collect(),

@@ -21,6 +21,7 @@ use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::evaluate::camera::{Camera, Rig};
+use crate::evaluate::reference::ReferenceTextures;
 use crate::evaluate::scene::Mode;
 use crate::evaluate::{Metrics, ViewMetrics};
 use crate::screen::Screen;
@@ -53,6 +54,9 @@ pub struct BakeReport {
     pub warnings: Warnings,
     /// The screen that the sizes of the levels are computed for.
     pub screen: Screen,
+    /// The source's textures as levels are compared with them, if they were evaluated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reference_textures: Option<ReferenceTextures>,
     /// The levels, the finest first.
     pub levels: Vec<LevelReport>,
     /// Triangles of each mesh, if there are several.
@@ -196,6 +200,8 @@ pub struct ReferenceReport {
     pub triangles: usize,
     /// Diagonal of its bounding box, which distances are divided by, in world units.
     pub diagonal: f64,
+    /// Its textures as candidates are compared with them.
+    pub textures: ReferenceTextures,
 }
 
 /// A camera of an evaluation: a pinhole of square frame.

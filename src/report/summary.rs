@@ -5,6 +5,7 @@ use super::columns::{Column, count, fit, size, wrap};
 use super::meshes::mesh_table;
 use super::{BakeReport, CandidateReport, EvaluateReport, LevelReport, Seconds};
 use crate::evaluate::Metrics;
+use crate::evaluate::reference::ReferenceTextures;
 use crate::transfer::MaterialTextures;
 
 /// The share of a level's bytes from which on its textures are what is worth a change.
@@ -19,6 +20,7 @@ impl BakeReport {
     pub fn to_text(&self, width: usize) -> String {
         let mut text = fit(self.columns(), width) + &mesh_table(&self.meshes, width);
         let lines = [
+            self.cleaned(),
             self.misses(),
             self.far_off(),
             self.shared_textures(),
@@ -78,6 +80,11 @@ impl BakeReport {
             Some(size) if size >= screen => "full screen".to_owned(),
             Some(size) => format!("below {} px", count(size.floor() as usize)),
         }
+    }
+
+    /// A line that tells what levels are compared with, if that is not the source as it is.
+    pub(super) fn cleaned(&self) -> Vec<String> {
+        self.reference_textures.iter().filter_map(ReferenceTextures::line).collect()
     }
 
     /// A line for each level that missed its target, with the reason.
@@ -277,7 +284,8 @@ impl EvaluateReport {
             }),
         ];
         let mut text = fit(columns, width);
-        text.extend(self.complaints().iter().map(|line| wrap(line, width)));
+        let lines = self.reference.textures.line().into_iter().chain(self.complaints());
+        text.extend(lines.map(|line| wrap(&line, width)));
         text
     }
 }
