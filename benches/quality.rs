@@ -116,7 +116,7 @@ impl Arguments {
 
 /// What is measured: its surfaces, and how levels of them become a scene.
 enum Subject {
-    Asset { asset: Asset, geometries: Vec<Geometry>, textures: TextureCache },
+    Asset { asset: Asset, geometries: Vec<Geometry>, textures: Box<TextureCache> },
     Bare(Box<Mesh>),
 }
 
@@ -124,7 +124,7 @@ impl Subject {
     fn read(path: &Path) -> Self {
         let asset = read(path).expect("a readable model");
         let geometries = weld_all(&asset, MemoryLimit::default()).expect("sound meshes");
-        Self::Asset { asset, geometries, textures: TextureCache::default() }
+        Self::Asset { asset, geometries, textures: Box::default() }
     }
 
     fn meshes(&self) -> Vec<&Mesh> {
@@ -239,6 +239,7 @@ fn run(name: &str, mut subject: Subject, arguments: &Arguments, means: &mut Mean
         views: arguments.views,
         resolution: arguments.resolution,
         samples: arguments.samples,
+        screen_height: 0,
         ..evaluate::Options::default()
     };
     let reference = Reference::new(&source, evaluation).expect("a surface");

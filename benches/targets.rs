@@ -62,8 +62,13 @@ struct Row {
 fn measure(model: &Model, samples: usize) -> Vec<Row> {
     let bytes = model.build().glb();
     // The figures sought need no pictures.
-    let evaluate =
-        evaluate::Options { views: 1, resolution: 16, samples, ..evaluate::Options::default() };
+    let evaluate = evaluate::Options {
+        views: 1,
+        resolution: 16,
+        samples,
+        screen_height: 0,
+        ..evaluate::Options::default()
+    };
     let options = BakeOptions { evaluate: Some(evaluate), ..BakeOptions::default() };
     let source = Output::from_bytes(&bytes, model.name);
     let baked = Baked::bytes(model.name, &bytes, &options);

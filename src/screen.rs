@@ -1,16 +1,20 @@
-//! The size law: how large on screen a level may be shown, from how far its surface is off.
+//! The size law: how large on screen a level may be shown, and which level that makes the one to show.
 //!
-//! A level whose RMS surface distance is e, in shares of the bounding box's diagonal, is off by
-//! e · S pixels where that diagonal spans S pixels. It may be shown while that is at most the
-//! tolerance: up to S = tolerance / e. The same size as a distance, for a field of view φ over H
-//! pixels of height and a diagonal D in world units: d = D · H / (2 tan(φ/2) · S).
+//! A level whose surface is off by e, in shares of the bounding box's diagonal, is off by e · S pixels
+//! where that diagonal spans S pixels. It may be shown while that is at most the tolerance, up to
+//! S = tolerance / e, and while its picture can't be told from the source's, which
+//! [`evaluate`](crate::evaluate) finds by looking. The same size as a distance, for a field of view φ
+//! over H pixels of height and a diagonal D in world units: d = D · H / (2 tan(φ/2) · S).
 //!
-//! Guaranteed: levels are shown in their order, each below its own size. Not guaranteed: that no
-//! single point is off by more than the tolerance, since e is a mean of squares.
+//! Of the levels that may be shown at a size the coarsest is. So a level is needless if a coarser one may
+//! be shown at least as large.
 
 use serde::Serialize;
 
 use crate::error::{Error, Result};
+
+/// The largest value of `MSFT_screencoverage`, where a level is the source in all but name.
+const MOST_COVERAGE: f64 = 1e6;
 
 /// The screen that sizes are computed for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -51,12 +55,6 @@ impl Screen {
         Err(Error::Options { what: what.into() })
     }
 
-    /// The largest size at which a level of this RMS distance (over the diagonal) may be shown: the
-    /// pixels that the diagonal of its bounding box spans. Infinite for a level without error.
-    pub fn largest_size(&self, distance_rms: f64) -> f64 {
-        largest_size(self.pixel_tolerance, distance_rms)
-    }
-
     /// The distance to the eye at which a diagonal of length `diagonal` spans `pixels`, in its
     /// unit.
     pub fn distance(&self, diagonal: f64, pixels: f64) -> f64 {
@@ -64,43 +62,56 @@ impl Screen {
         diagonal * f64::from(self.height) / (2.0 * half * pixels)
     }
 
-    /// The share of the screen's area that a disk of this diameter in pixels covers, at most 1.
+    /// A disk of this diameter in pixels over the screen's area: above 1 where the disk is partly outside.
     fn coverage(&self, pixels: f64) -> f64 {
         let area = f64::from(self.width) * f64::from(self.height);
-        (std::f64::consts::FRAC_PI_4 * pixels * pixels / area).min(1.0)
-    }
-
-    /// The sizes of a chain's levels in pixels, made not to increase from level to level.
-    ///
-    /// `distances`: one per level, as [`Screen::largest_size`] takes them.
-    pub fn largest_sizes(&self, distances: impl IntoIterator<Item = f64>) -> Vec<f64> {
-        let mut size = f64::INFINITY;
-        let falling = |distance_rms| {
-            size = size.min(self.largest_size(distance_rms));
-            size
-        };
-        distances.into_iter().map(falling).collect()
+        (std::f64::consts::FRAC_PI_4 * pixels * pixels / area).min(MOST_COVERAGE)
     }
 
     /// `MSFT_screencoverage` of a node whose own diagonal is `share` of the whole asset's: for the
-    /// source and each level the least share of the screen's area at which it is still shown. The
-    /// last is 0, so that something always is.
+    /// source and each level the least share of the screen's area at which it is still shown, above 1
+    /// where it is not even shown when it fills the screen. They fall where sizes do; the last is 0, so
+    /// that something always is shown.
     pub fn coverages(&self, sizes: &[f64], share: f64) -> Vec<f64> {
         sizes.iter().map(|size| self.coverage(size * share)).chain([0.0]).collect()
     }
 }
 
+/// The sizes of a chain's levels in pixels, the finest first, from the largest size of each on its own:
+/// no level gives way to a finer one while it may be shown.
+///
+/// ```
+/// // The third may be shown larger than the second.
+/// assert_eq!(seamwise::screen::switch_sizes([900.0, 300.0, 400.0]), [900.0, 400.0, 400.0]);
+/// ```
+pub fn switch_sizes(own: impl IntoIterator<Item = f64>) -> Vec<f64> {
+    let mut sizes: Vec<f64> = own.into_iter().collect();
+    let mut coarser = 0.0f64;
+    for size in sizes.iter_mut().rev() {
+        coarser = coarser.max(*size);
+        *size = coarser;
+    }
+    sizes
+}
+
+/// For each level the coarsest one, by index, that is as good at every size at which it may be shown
+/// itself; `None` if there is none. `sizes` are those of [`switch_sizes`].
+pub fn made_needless_by(sizes: &[f64]) -> Vec<Option<usize>> {
+    let coarsest = |(index, size): (usize, &f64)| {
+        (index + 1..sizes.len()).rev().find(|&other| sizes[other] >= *size)
+    };
+    sizes.iter().enumerate().map(coarsest).collect()
+}
+
 /// The level to show where the asset's diagonal spans `pixels`: 0 is the source, and the coarsest
 /// whose largest size is not below it is chosen.
 ///
-/// `sizes` are those of [`Screen::largest_sizes`].
+/// `sizes` are those of [`switch_sizes`].
 ///
 /// ```
-/// use seamwise::screen::{Screen, select_level};
+/// use seamwise::screen::{select_level, switch_sizes};
 ///
-/// // RMS distances of three levels, in diagonals of the source; they may be off by a pixel.
-/// let sizes = Screen::default().largest_sizes([0.001, 0.004, 0.02]);
-/// assert_eq!(sizes, [1000.0, 250.0, 50.0]);
+/// let sizes = switch_sizes([1000.0, 250.0, 50.0]);
 /// assert_eq!(select_level(&sizes, 300.0), 1);
 /// assert_eq!(select_level(&sizes, 40.0), 3);
 /// ```
@@ -108,10 +119,10 @@ pub fn select_level(sizes: &[f64], pixels: f64) -> usize {
     sizes.iter().take_while(|&&size| pixels <= size).count()
 }
 
-/// The largest size at which a surface of this RMS distance (over the diagonal) may be shown, in
+/// The largest size at which a surface that is off by this share of the diagonal may be shown, in
 /// pixels that the diagonal spans; infinite for one without error.
-pub fn largest_size(pixel_tolerance: f64, distance_rms: f64) -> f64 {
-    pixel_tolerance / distance_rms
+pub fn largest_size(pixel_tolerance: f64, distance: f64) -> f64 {
+    pixel_tolerance / distance
 }
 
 #[cfg(test)]
@@ -120,9 +131,8 @@ mod tests {
 
     #[test]
     fn a_thousandth_off_may_be_shown_a_thousand_pixels_large() {
-        assert_eq!(Screen::default().largest_size(1e-3), 1000.0);
-        let strict = Screen { pixel_tolerance: 0.5, ..Screen::default() };
-        assert_eq!(strict.largest_size(1e-3), 500.0);
+        assert_eq!((largest_size(1.0, 1e-3), largest_size(0.5, 1e-3)), (1000.0, 500.0));
+        assert_eq!(largest_size(1.0, 0.0), f64::INFINITY);
     }
 
     #[test]
@@ -132,20 +142,23 @@ mod tests {
     }
 
     #[test]
-    fn levels_are_chosen_in_their_order_whatever_was_measured() {
-        let sizes = Screen::default().largest_sizes([1e-3, 5e-4, 1e-2]);
-        assert_eq!(sizes, [1000.0, 1000.0, 100.0]);
-        let chosen = [5000.0, 1000.0, 999.0, 100.0, 1.0].map(|pixels| select_level(&sizes, pixels));
-        assert_eq!(chosen, [0, 2, 2, 3, 3]);
+    fn the_coarsest_level_that_may_be_shown_is() {
+        let sizes = switch_sizes([1000.0, 500.0, 700.0, 100.0]);
+        assert_eq!(sizes, [1000.0, 700.0, 700.0, 100.0]);
+        let chosen = [5000.0, 1000.0, 700.0, 600.0, 100.0].map(|size| select_level(&sizes, size));
+        assert_eq!(chosen, [0, 1, 3, 3, 4]);
+        assert_eq!(made_needless_by(&sizes), [None, Some(2), None, None]);
+        assert_eq!(made_needless_by(&switch_sizes([3.0, 5.0, 5.0])), [Some(2), Some(2), None]);
     }
 
     #[test]
-    fn coverages_fall_to_zero_and_stay_within_one() {
+    fn coverages_fall_where_sizes_do_also_beyond_the_screen() {
         let screen = Screen::default();
-        let coverages = screen.coverages(&[f64::INFINITY, 1000.0, 100.0], 0.5);
-        assert_eq!((coverages[0], coverages[3]), (1.0, 0.0));
+        let coverages = screen.coverages(&[f64::INFINITY, 9000.0, 4000.0, 1000.0, 1000.0], 0.5);
         let disk = std::f64::consts::FRAC_PI_4 * 500.0 * 500.0 / (1920.0 * 1080.0);
-        assert!((coverages[1] - disk).abs() < 1e-12);
-        assert!(coverages.windows(2).all(|pair| pair[0] >= pair[1]));
+        assert!((coverages[3] - disk).abs() < 1e-12);
+        assert_eq!((coverages[4], coverages[5]), (coverages[3], 0.0));
+        assert!(coverages[..4].windows(2).all(|pair| pair[0] > pair[1]), "{coverages:?}");
+        assert!(coverages.iter().all(|coverage| coverage.is_finite()));
     }
 }

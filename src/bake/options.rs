@@ -25,7 +25,8 @@ pub struct BakeOptions {
     pub polish: Option<Polish>,
     /// The handling of textures.
     pub textures: Textures,
-    /// Options of the evaluation of levels, if there is one; for the pixel tolerance of `screen`.
+    /// Options of the evaluation of levels, if there is one; for the pixel tolerance of `screen`, and for
+    /// its height unless they have another than their default.
     pub evaluate: Option<evaluate::Options>,
     /// Whether levels are measured against the source as it is even where its atlases bleed, instead of
     /// with them filled.
@@ -58,10 +59,14 @@ pub struct ReportOptions {
 }
 
 impl BakeOptions {
-    /// Options of the evaluation of levels, with the tolerance that their sizes are computed for.
+    /// Options of the evaluation of levels, for the screen that their sizes are found for.
     pub fn evaluation(&self) -> Option<evaluate::Options> {
-        let pixel_tolerance = self.screen.pixel_tolerance;
-        self.evaluate.map(|options| evaluate::Options { pixel_tolerance, ..options })
+        let Screen { pixel_tolerance, height, .. } = self.screen;
+        let usual = evaluate::Options::default().screen_height;
+        self.evaluate.map(|own| {
+            let screen_height = if own.screen_height == usual { height } else { own.screen_height };
+            evaluate::Options { pixel_tolerance, screen_height, ..own }
+        })
     }
 }
 

@@ -13,6 +13,7 @@ use crate::export::bundle::Measured;
 use crate::level::lods::Lods;
 use crate::level::{AssetLevel, LevelMesh};
 use crate::report::{FarthestPart, InputReport, LevelReport};
+use crate::screen::made_needless_by;
 use crate::surface::geometry::Geometry;
 
 pub(crate) fn input_report(
@@ -61,7 +62,8 @@ pub(crate) fn level_reports(
     let triangles = |mesh: &LevelMesh<'_>| mesh.geometry.welded.mesh.triangles.len();
     let total = assembled.first().map_or(0, |level| level.meshes.iter().map(triangles).sum());
     let shares = options.targets.shares(total);
-    let sizes = measured.map(|measured| options.screen.largest_sizes(measured.distances()));
+    let sizes = measured.map(Measured::sizes);
+    let needless = sizes.as_deref().map(made_needless_by);
     let counts = options.targets.counts(total);
     let report = |(index, share): (usize, &f64)| {
         let levels = || lods.level(index).iter();
@@ -92,6 +94,7 @@ pub(crate) fn level_reports(
                 }
             }),
             largest_size_pixels: sizes.as_ref().map(|sizes| sizes[index]),
+            made_needless_by: needless.as_ref().and_then(|own| Some(own[index]? + 1)),
             farthest: measured.and_then(|measured| {
                 let place = measured.metrics[index].distance_max_at;
                 measured.farthest[index].map(|part| FarthestPart::new(asset, part, place))

@@ -22,8 +22,7 @@ pub(super) fn view_all(
     measured: Option<&Measured>,
 ) -> Result<Viewer> {
     let names = options.output.names(&input.stem(), levels.len());
-    let sizes: Vec<f64> =
-        measured.map_or(Vec::new(), |own| options.screen.largest_sizes(own.distances()));
+    let sizes = measured.map(Measured::sizes).unwrap_or_default();
     let path = input.path().and_then(Path::file_name);
     let file = path.map_or_else(|| input.stem(), |name| name.to_string_lossy().into_owned());
     let mut exhibits = vec![Exhibit { file: &file, asset, largest_size: None }];

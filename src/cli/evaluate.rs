@@ -28,8 +28,11 @@ pub(crate) struct EvaluateArgs {
     /// Samples on each surface.
     #[arg(long, default_value_t = 200_000, value_parser = clap::value_parser!(u32).range(1000..=100_000_000))]
     samples: u32,
-    /// How many pixels a surface may be off where a candidate takes over: there it is looked at once
-    /// more.
+    /// The largest size in pixels at which candidates are looked at, to find the largest at which each
+    /// can't be told from the reference: the screen's height.
+    #[arg(long, default_value_t = 1080, value_name = "PIXELS", value_parser = clap::value_parser!(u16).range(16..=4320))]
+    screen_height: u16,
+    /// How many pixels a surface may be off at that size.
     #[arg(long, default_value_t = Screen::default().pixel_tolerance, value_name = "PIXELS", value_parser = parse_tolerance)]
     pixel_tolerance: f64,
     /// Compare and draw base color alone, without light: what the textures lost, apart from the
@@ -71,6 +74,7 @@ impl EvaluateArgs {
             resolution: self.resolution.into(),
             samples: self.samples as usize,
             pixel_tolerance: self.pixel_tolerance,
+            screen_height: self.screen_height.into(),
         }
     }
 

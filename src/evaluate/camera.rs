@@ -123,13 +123,15 @@ impl Rig {
         length * self.scale() * self.resolution as f64
     }
 
-    /// The same cameras with frames of such a size that a length at the center, in metres, spans
-    /// `pixels`: to the nearest whole pixel of the frame, at least 1 and at most as many as now.
-    pub fn sized(&self, length: f64, pixels: f64) -> Self {
-        let resolution = (pixels / (length * self.scale())).round();
-        // What is not a number becomes 0.
-        let resolution = (resolution as usize).clamp(1, self.resolution);
-        Self { resolution, ..self.clone() }
+    /// Some of the cameras, by their places in the order.
+    pub(super) fn with_views(&self, views: &[usize]) -> Self {
+        let cameras = views.iter().map(|&view| self.cameras[view]).collect();
+        Self { cameras, ..self.clone() }
+    }
+
+    /// The same cameras with frames of so many pixels each way, at least 1.
+    pub fn at_resolution(&self, resolution: usize) -> Self {
+        Self { resolution: resolution.max(1), ..self.clone() }
     }
 }
 
@@ -227,12 +229,10 @@ mod tests {
         // The sphere's outline is seen a little larger than a length of its diameter at the center.
         let across = rig.pixels(6.0);
         assert!(across > 180.0 && across < 0.98 * 200.0, "{across}");
-        let half = rig.sized(6.0, across / 2.0);
+        let half = rig.at_resolution(100);
         assert_eq!((half.resolution, &half.cameras), (100, &rig.cameras));
         assert!((half.pixels(6.0) - across / 2.0).abs() < 1e-9);
-        let sides =
-            [1e9, f64::INFINITY, 0.0, f64::NAN].map(|pixels| rig.sized(6.0, pixels).resolution);
-        assert_eq!(sides, [200, 200, 1, 1]);
+        assert_eq!(rig.at_resolution(0).resolution, 1);
     }
 
     #[test]

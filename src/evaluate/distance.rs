@@ -154,6 +154,8 @@ pub struct Distances {
     pub rms: f64,
     /// Mean over the samples.
     pub mean: f64,
+    /// The 99.9th percentile over the samples.
+    pub p999: f64,
     /// The greatest of any point, within 0.2 % and 2e-6 of the diagonal.
     pub max: f64,
 }
@@ -164,6 +166,7 @@ impl Distances {
         Self {
             rms: self.rms.max(other.rms),
             mean: self.mean.max(other.mean),
+            p999: self.p999.max(other.p999),
             max: self.max.max(other.max),
         }
     }
@@ -175,7 +178,16 @@ impl Correspondence {
         let count = self.pairs.len().max(1) as f64;
         let sum: f64 = self.pairs.iter().map(|pair| pair.distance).sum();
         let squares: f64 = self.pairs.iter().map(|pair| pair.distance * pair.distance).sum();
-        Distances { rms: (squares / count).sqrt(), mean: sum / count, max: self.greatest }
+        let (rms, mean) = ((squares / count).sqrt(), sum / count);
+        Distances { rms, mean, p999: self.percentile(0.999), max: self.greatest }
+    }
+
+    /// The distance that so large a share of the samples does not exceed; 0 without samples.
+    fn percentile(&self, share: f64) -> f64 {
+        let mut distances: Vec<f64> = self.pairs.iter().map(|pair| pair.distance).collect();
+        let Some(last) = distances.len().checked_sub(1) else { return 0.0 };
+        let place = ((distances.len() as f64 * share).ceil() as usize).saturating_sub(1).min(last);
+        *distances.select_nth_unstable_by(place, f64::total_cmp).1
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! Where a candidate takes over, at the largest size at which it may be shown, nobody looks at it in
 //! frames of 512 pixels; the same cameras with frames in which the diagonal spans that size show it,
-//! and the reference, as people see them.
+//! and the reference, as people see them, in frames up to the screen's height.
 
 use serde::Serialize;
 
@@ -33,12 +33,14 @@ pub struct Metrics {
     pub ssim: f64,
     /// Silhouettes: what both cover over what either covers.
     pub silhouette_iou: f64,
-    /// How it looks at the largest size at which it may be shown, at most that of the rig.
+    /// The largest size at which it may be shown, and how it looks there.
     pub at_switch: AtSwitch,
     /// The larger of the two RMS distances.
     pub distance_rms: f64,
     /// The larger of the two mean distances.
     pub distance_mean: f64,
+    /// The larger of the two 99.9th percentiles of the distances.
+    pub distance_p999: f64,
     /// The larger of the two greatest distances.
     pub distance_max: f64,
     /// The point that is so far from the other surface, in world units; in the JSON of a bake it stands
@@ -121,6 +123,8 @@ pub struct OneSidedDistance {
     pub distance_rms: f64,
     /// Mean.
     pub distance_mean: f64,
+    /// 99.9th percentile: a thousandth of the surface is farther.
+    pub distance_p999: f64,
     /// Greatest of any point, within 0.2 % and 2e-6 of the diagonal.
     pub distance_max: f64,
 }
@@ -130,23 +134,29 @@ impl OneSidedDistance {
         Self {
             distance_rms: distances.rms / diagonal,
             distance_mean: distances.mean / diagonal,
+            distance_p999: distances.p999 / diagonal,
             distance_max: distances.max / diagonal,
         }
     }
 }
 
-/// How a candidate looks at its largest size; at the rig's own where that is less, which then gives
-/// the figures of the rig.
+/// The largest size at which a candidate can't be told from its reference, and how it looks there; see
+/// `switch` in this module for how it is found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct AtSwitch {
-    /// Length of the reference's diagonal on the screen, in pixels.
+    /// Length of the reference's diagonal on the screen, in pixels; infinite, `null` in JSON, for a
+    /// candidate without any difference.
     pub pixels: f64,
-    /// Pixels along each side of a view.
+    /// Pixels along each side of the views that were looked at there; no larger than the screen.
     pub resolution: usize,
-    /// As [`Metrics::rms_luminance`].
+    /// As [`Metrics::rms_luminance`], over the views that were looked at, the worst ones if not all; in
+    /// the rig's own frames where those are smaller.
     pub rms_luminance: f64,
-    /// As [`Metrics::rms_luminance_srgb`].
+    /// As [`Metrics::rms_luminance_srgb`], over the same.
     pub rms_luminance_srgb: f64,
-    /// As [`Metrics::ssim`].
+    /// As [`Metrics::ssim`], over the same.
     pub ssim: f64,
+    /// The difference that an eye sees in the worst view, up to
+    /// [`VISIBLE`](super::visible::VISIBLE) unless even the smallest views differ more.
+    pub visible_difference: f64,
 }

@@ -26,7 +26,9 @@ mod seams;
 mod shade;
 pub mod sheet;
 pub mod similarity;
+mod switch;
 mod views;
+pub mod visible;
 pub mod volume;
 pub mod wireframe;
 
@@ -34,7 +36,7 @@ use glam::DVec3;
 
 use crate::document::asset::Asset;
 use crate::error::{Error, Result};
-use crate::screen::largest_size;
+use crate::screen::Screen;
 use crate::warning::Warnings;
 use appearance::compare_appearance;
 use camera::Rig;
@@ -43,6 +45,7 @@ use load::{TextureCache, load};
 use looks::count_foldovers;
 use scene::{Mode, Scene};
 use seams::seam_bands;
+use switch::{KnownColors, SwitchSearch};
 use views::{Seen, Views};
 use volume::{Measures, Soundness, check_soundness, measure};
 
@@ -60,11 +63,15 @@ pub struct Options {
     /// How many pixels a surface may be off where a candidate takes over; see
     /// [`screen`](crate::screen).
     pub pixel_tolerance: f64,
+    /// The largest size at which pictures are looked at to find where a candidate takes over: the
+    /// screen's height in pixels. With 0 its surface alone decides.
+    pub screen_height: u32,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { views: 24, resolution: 512, samples: 200_000, pixel_tolerance: 1.0 }
+        let Screen { pixel_tolerance, height: screen_height, .. } = Screen::default();
+        Self { views: 24, resolution: 512, samples: 200_000, pixel_tolerance, screen_height }
     }
 }
 
@@ -75,6 +82,7 @@ pub struct Reference<'a> {
     mode: Mode,
     rig: Rig,
     views: Views,
+    colors: KnownColors,
     /// One per view: the pixels in the band around the reference's seams.
     seams: Vec<Vec<bool>>,
     surface: SampledSurface<'a>,
@@ -127,6 +135,7 @@ impl<'a> Reference<'a> {
             options,
             mode,
             views: Views::new(scene, &rig, mode),
+            colors: KnownColors::default(),
             seams: seam_bands(scene, &rig),
             rig,
             surface: SampledSurface::new(&scene.positions, &scene.triangles, options.samples, SEED),
@@ -203,7 +212,8 @@ impl<'a> Reference<'a> {
         let by_view = self.views.compare(&views, &self.seams);
         let seen = Seen::pool(&by_view);
         let difference = seen.difference;
-        let at_switch = self.at_switch(candidate, both.distance_rms, &seen);
+        let search = SwitchSearch { reference: self, candidate, views: &views, by_view: &by_view };
+        let at_switch = search.run(both.distance_p999);
         let gained = |now: usize, before: usize| now as i64 - before as i64;
         let metrics = Metrics {
             rms_luminance: difference.rms(),
@@ -218,6 +228,7 @@ impl<'a> Reference<'a> {
             at_switch,
             distance_rms: both.distance_rms,
             distance_mean: both.distance_mean,
+            distance_p999: both.distance_p999,
             distance_max: both.distance_max,
             distance_max_at: self
                 .in_world(&if there.max < back.max { &backward } else { &forward }.farthest),
@@ -239,20 +250,6 @@ impl<'a> Reference<'a> {
         let is_seen = self.views.show_something() || views.show_something();
         let metrics = if is_seen { metrics } else { metrics.unseen() };
         Ok((metrics, by_view.iter().map(Seen::metrics).collect()))
-    }
-
-    /// Looks again from so far away that a surface of this distance is off by the tolerance; `seen`
-    /// is what the rig saw.
-    fn at_switch(&self, candidate: &Scene, distance_rms: f64, seen: &Seen) -> AtSwitch {
-        let size = largest_size(self.options.pixel_tolerance, distance_rms);
-        let rig = self.rig.sized(self.diagonal(), size);
-        let pixels = size.min(self.rig.pixels(self.diagonal()));
-        if rig.resolution == self.rig.resolution {
-            return AtSwitch::new(pixels, rig.resolution, seen);
-        }
-        let [own, other] = [self.scene, candidate].map(|scene| Views::new(scene, &rig, self.mode));
-        let seen = Seen::pool(&own.compare(&other, &[]));
-        AtSwitch::new(pixels, rig.resolution, &seen)
     }
 
     /// A sheet or a flat thing has no volume of its own: what rounding leaves says nothing.
@@ -316,27 +313,6 @@ mod tests {
             materials: vec![white],
             ..Scene::default()
         }
-    }
-
-    #[test]
-    fn a_candidate_is_seen_at_the_size_at_which_it_takes_over() {
-        // Lifted by an eighth of the diagonal √2.
-        let (reference, mut candidate) = (leaning(Vec3::Z), leaning(Vec3::X));
-        candidate.positions.iter_mut().for_each(|point| point.z += 0.125 * 2f32.sqrt());
-        let options = Options { views: 2, resolution: 64, samples: 100, pixel_tolerance: 4.0 };
-        let metrics = |options| Reference::new(&reference, options)?.compare(&candidate);
-        let seen = metrics(options).unwrap().at_switch;
-        assert!((seen.pixels - 32.0).abs() < 1e-4 && seen.resolution < 64, "{seen:?}");
-        // A rig of that size sees the same from the start.
-        let small = Options { resolution: seen.resolution, ..options };
-        let whole = metrics(small).unwrap();
-        assert_eq!(whole.rms_luminance, seen.rms_luminance);
-        assert_eq!((whole.rms_luminance_srgb, whole.ssim), (seen.rms_luminance_srgb, seen.ssim));
-        // One that may be shown larger than the rig shows it has the rig's figures.
-        let lax = metrics(Options { pixel_tolerance: 100.0, ..options }).unwrap();
-        assert_eq!((lax.at_switch.resolution, lax.at_switch.ssim), (64, lax.ssim));
-        assert!(lax.at_switch.pixels > 32.0 && lax.at_switch.pixels < 64.0);
-        assert_eq!(lax.at_switch.rms_luminance, lax.rms_luminance);
     }
 
     #[test]

@@ -7,7 +7,11 @@
 //! Whether it shows is found by looking: [`PROBE_VIEWS`] views of [`PROBE_SIDE`] pixels, small enough
 //! for mip maps to reach beyond the charts, with and without the fill.
 //!
-//! Lab note, RMS sRGB luminance over covered pixels: see [`LEAST_SHOWN`].
+//! Lab note for [`LEAST_SHOWN`], RMS sRGB luminance over covered pixels: a photogrammetry tile 0.0151,
+//! a box of popcorn 0.0074, a cat 0.0060, a prop with a small color map 0.0058, a ship 0.0048, a helmet
+//! 0.0044, a racquet 0.0043, a face 0.0037, a bottle 0.0033, a fox 0.0027, a knight 0.0025, a pan 0.0016,
+//! a carton 0.0015. A level of the popcorn whose atlas was filled around the source's charts: 0.0002, as
+//! its own charts are cut a little otherwise. A source that was filled: 0.
 
 use serde::Serialize;
 
@@ -26,7 +30,7 @@ const PROBE_VIEWS: usize = 6;
 /// Pixels along each side of these.
 const PROBE_SIDE: usize = 192;
 /// Least RMS difference in sRGB luminance over the covered pixels at which a fill shows.
-const LEAST_SHOWN: f64 = 1e-4;
+const LEAST_SHOWN: f64 = 5e-4;
 
 /// The textures of a reference: as they are in its file, or filled where they bled.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]

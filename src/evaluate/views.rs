@@ -8,10 +8,11 @@ use super::metrics::{AtSwitch, ViewMetrics};
 use super::render::{Image, render_views};
 use super::scene::{Mode, Scene};
 use super::similarity::{Similarity, Tones};
+use super::visible::Colors;
 
 /// One picture per camera, in their order.
 pub(super) struct Views {
-    images: Vec<Image>,
+    pub(super) images: Vec<Image>,
     tones: Vec<Tones>,
 }
 
@@ -47,6 +48,15 @@ impl Views {
     }
 }
 
+impl Views {
+    /// The largest difference that is seen in a view of both; see [`super::visible`].
+    pub(super) fn visible_difference(&self, candidate: &Self) -> f64 {
+        let difference = |(own, other)| Colors::of(own).difference(&Colors::of(other));
+        let pairs = self.images.par_iter().zip(&candidate.images);
+        pairs.map(difference).collect::<Vec<f64>>().into_iter().fold(0.0, f64::max)
+    }
+}
+
 impl Seen {
     /// Pools views as if they were one picture, in their order, so that the thread count changes no
     /// bit.
@@ -74,13 +84,14 @@ impl Seen {
 }
 
 impl AtSwitch {
-    pub(super) fn new(pixels: f64, resolution: usize, seen: &Seen) -> Self {
+    pub(super) fn new(pixels: f64, resolution: usize, seen: &Seen, visible: f64) -> Self {
         Self {
             pixels,
             resolution,
             rms_luminance: seen.difference.rms(),
             rms_luminance_srgb: seen.difference.rms_srgb(),
             ssim: seen.similarity.mean(),
+            visible_difference: visible,
         }
     }
 }

@@ -10,7 +10,7 @@ use crate::error::Result;
 use crate::evaluate::{Metrics, Part};
 use crate::image_file::encoded::EncodedImage;
 use crate::level::AssetLevel;
-use crate::screen::Screen;
+use crate::screen::{Screen, switch_sizes};
 use crate::warning::Warnings;
 
 /// The input of all files of a bake.
@@ -38,7 +38,7 @@ impl Chain<'_> {
         }
         let (output, screen) = (self.output, &self.screen);
         if output.layout != Layout::None {
-            let sizes = measured.map(|measured| screen.largest_sizes(measured.distances()));
+            let sizes = measured.map(Measured::sizes);
             let coverage = measured.zip(sizes.as_deref()).map(|(measured, sizes)| Coverage {
                 screen,
                 sizes,
@@ -57,9 +57,10 @@ impl Chain<'_> {
 
     /// The certificates of the levels, the finest first.
     fn certificates(&self, measured: &Measured) -> Vec<Value> {
+        let sizes = measured.sizes();
         let of_level = |(index, metrics): (usize, &Metrics)| {
             let triangles = self.levels[index].meshes.iter().map(|mesh| mesh.triangles).sum();
-            certificate(index + 1, metrics, triangles, &self.screen)
+            certificate(index + 1, metrics, triangles, sizes[index], &self.screen)
         };
         measured.metrics.iter().enumerate().map(of_level).collect()
     }
@@ -83,8 +84,8 @@ impl Measured {
         Self { metrics: Vec::new(), farthest: Vec::new(), diagonal, warnings: Warnings::default() }
     }
 
-    /// The RMS distance of each level.
-    pub(crate) fn distances(&self) -> impl Iterator<Item = f64> {
-        self.metrics.iter().map(|metrics| metrics.distance_rms)
+    /// The largest size of each level in pixels, by [`switch_sizes`].
+    pub(crate) fn sizes(&self) -> Vec<f64> {
+        switch_sizes(self.metrics.iter().map(|metrics| metrics.at_switch.pixels))
     }
 }

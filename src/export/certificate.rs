@@ -1,12 +1,9 @@
-//! The certificate of a level: its measured error, and the largest size on screen that follows from
-//! it.
+//! The certificate of a level: its measured error, and the largest size on screen at which it can't be
+//! told from the source.
 //!
-//! The formula is in [`screen`](crate::screen).
-//!
-//! The certificate also has the figures at that size S: RMS luminance and SSIM by the rig of the
-//! evaluation, with frames in which the diagonal spans S pixels.
-//!
-//! Not guaranteed: anything about texture and shading by the size alone; the other figures judge those.
+//! How that size S is found is told in [`screen`](crate::screen) and [`evaluate`](crate::evaluate): the
+//! surface is off by at most the tolerance but for a thousandth of it, and no view shows a difference
+//! above [`VISIBLE`](crate::evaluate::visible::VISIBLE). The certificate has the figures at that size too.
 
 use serde_json::{Value, json};
 
@@ -35,12 +32,20 @@ pub fn largest_sizes(report: &str) -> Result<Vec<f64>> {
 }
 
 /// The certificate of one level, as it stands in its file.
-pub fn certificate(level: usize, metrics: &Metrics, triangles: usize, screen: &Screen) -> Value {
+/// `largest_size` is of its chain, for the screen beside it.
+pub fn certificate(
+    level: usize,
+    metrics: &Metrics,
+    triangles: usize,
+    largest_size: f64,
+    screen: &Screen,
+) -> Value {
     json!({
         "version": env!("CARGO_PKG_VERSION"),
         "level": level,
         "triangles": triangles,
         "distance_rms": metrics.distance_rms,
+        "distance_p999": metrics.distance_p999,
         "distance_max": metrics.distance_max,
         "rms_luminance": metrics.rms_luminance,
         "rms_luminance_srgb": metrics.rms_luminance_srgb,
@@ -48,7 +53,7 @@ pub fn certificate(level: usize, metrics: &Metrics, triangles: usize, screen: &S
         "at_switch": metrics.at_switch,
         "color_rms": metrics.color_rms,
         "normal_degrees_rms": metrics.normal_degrees_rms,
-        "largest_size_pixels": screen.largest_size(metrics.distance_rms),
+        "largest_size_pixels": largest_size,
         "screen": screen,
     })
 }
@@ -89,7 +94,7 @@ mod tests {
             buffers: Vec::new(),
             ..Asset::default()
         };
-        certify(&mut asset, certificate(2, &metrics(1e-3), 500, &Screen::default()));
+        certify(&mut asset, certificate(2, &metrics(1e-3), 500, 1000.0, &Screen::default()));
         let extras = &asset.json["asset"]["extras"];
         assert_eq!(extras["author"], "somebody");
         assert_eq!(extras["seamwise"]["level"], 2);

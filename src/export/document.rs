@@ -82,7 +82,8 @@ fn nodes_of(asset: &Asset, mesh: usize) -> Result<Vec<usize>> {
 pub struct Coverage<'a> {
     /// The screen.
     pub screen: &'a Screen,
-    /// The largest size of each level in pixels, as [`Screen::largest_sizes`] gives them.
+    /// The largest size of each level in pixels, as [`switch_sizes`](crate::screen::switch_sizes) gives
+    /// them.
     pub sizes: &'a [f64],
     /// The diagonal of the asset's bounding box in world units.
     pub diagonal: f64,

@@ -123,6 +123,10 @@ pub struct LevelReport {
     /// bounding box spans, if it was evaluated; see [`crate::export::certificate`]. `None` also where the
     /// level has no error at all.
     pub largest_size_pixels: Option<f64>,
+    /// The number of a coarser level, if there is one, that can't be told from the source at any size at
+    /// which this one can't.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub made_needless_by: Option<usize>,
     /// The part of the source where it is off the most, if it was evaluated and is off at all.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub farthest: Option<FarthestPart>,

@@ -22,6 +22,7 @@ impl BakeReport {
         let lines = [
             self.cleaned(),
             self.misses(),
+            self.needless(),
             self.far_off(),
             self.shared_textures(),
             self.apart(),
@@ -94,6 +95,19 @@ impl BakeReport {
             Some(format!("level {} missed its {} triangles: {why}", index + 1, level.target))
         };
         self.levels.iter().enumerate().filter_map(miss).collect()
+    }
+
+    /// A line for each level that a coarser one makes needless.
+    pub(super) fn needless(&self) -> Vec<String> {
+        let line = |(index, level): (usize, &LevelReport)| {
+            let coarser = level.made_needless_by?;
+            Some(format!(
+                "level {} is needless: at every size at which it looks like the source, level {coarser} \
+                 does too",
+                index + 1
+            ))
+        };
+        self.levels.iter().enumerate().filter_map(line).collect()
     }
 
     /// A line for each level that is far off the source somewhere, with the part that is.
@@ -279,8 +293,11 @@ impl EvaluateReport {
             figure("silhouette", 4, |m| seen(m.silhouette_iou, 4)),
             figure("volume", 5, volume),
             figure("linear", 6, |m| seen(m.rms_luminance, 5)),
-            figure("at switch", 7, |m| {
-                format!("{} @ {:.0}", seen(m.at_switch.rms_luminance_srgb, 5), m.at_switch.pixels)
+            figure("at switch", 7, |m| match m.at_switch.pixels {
+                pixels if pixels.is_finite() => {
+                    format!("{} @ {pixels:.0}", seen(m.at_switch.rms_luminance_srgb, 5))
+                }
+                _ => "at any size".to_owned(),
             }),
         ];
         let mut text = fit(columns, width);

@@ -1,6 +1,6 @@
 //! Figures as a table for people.
 
-use crate::evaluate::Metrics;
+use crate::evaluate::{AtSwitch, Metrics};
 
 /// Columns of a table of figures.
 pub(super) const COLUMNS: usize = 12;
@@ -40,8 +40,17 @@ pub(super) fn row(name: &str, triangles: usize, metrics: Option<&Metrics>) -> [S
         figure(|m| format!("{:.2}", m.normal_degrees_rms)),
         figure(|m| m.volume_ratio.map_or("–".to_owned(), volume_text)),
         figure(|m| format!("{:.4}", m.silhouette_iou)),
-        figure(|m| format!("{:.5} @ {:.0}", m.at_switch.rms_luminance_srgb, m.at_switch.pixels)),
+        figure(|m| switch_text(&m.at_switch)),
     ]
+}
+
+/// The size at which a candidate takes over, with its luminance there.
+fn switch_text(at: &AtSwitch) -> String {
+    if at.pixels.is_finite() {
+        format!("{:.5} @ {:.0}", at.rms_luminance_srgb, at.pixels)
+    } else {
+        "at any size".into()
+    }
 }
 
 /// A ratio of volumes; that of another unit as a power of ten.

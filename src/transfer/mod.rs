@@ -105,9 +105,9 @@ fn pairs<'a>(sources: &'a [Source<'a>], meshes: &[&'a Mesh], tags: &'a [Tags]) -
 /// Width and height of the images of each sheet, level by level.
 type SheetSizes = Vec<Vec<[usize; 2]>>;
 
-/// RMS distance of each surface of a level.
+/// The distance of each surface of a level that a thousandth of it exceeds.
 fn distances(sources: &[Source<'_>], meshes: &[&Mesh]) -> Vec<f32> {
-    sources.par_iter().zip(meshes).map(|(source, mesh)| source.rms_distance(mesh)).collect()
+    sources.par_iter().zip(meshes).map(|(source, mesh)| source.high_distance(mesh)).collect()
 }
 
 /// Sizes before they are cut to a budget.

@@ -1,7 +1,8 @@
 //! Sizes of the images of a level.
 //!
 //! A level is shown up to the size S at which its surface is off by the pixels that the screen
-//! tolerates (see [`screen`](crate::screen)), and no larger than the screen. There one pixel
+//! tolerates, but for a thousandth of it (see [`screen`](crate::screen)), and no larger than the screen.
+//! What its picture tells may make S less, but is known only once there are textures. There one pixel
 //! covers D / S texels, where D is how many texels of the image span the diagonal of the asset; so
 //! log₂(D / S) halvings of the image, rounded down, are not seen. That is the size which is needed.
 //!
@@ -48,7 +49,7 @@ pub(super) struct TexelDensity {
 }
 
 impl TexelDensity {
-    /// `distances` has the RMS distance of each level of each surface, in the units of its mesh.
+    /// `distances` has a high distance of each level of each surface, in the units of its mesh.
     pub(super) fn new(
         asset: &Asset,
         surfaces: &[Geometry],
@@ -81,12 +82,10 @@ impl TexelDensity {
         Ok(texel_density)
     }
 
-    /// RMS distance of a level over the diagonal.
+    /// The distance of the surface of a level that is off the most, over the diagonal.
     fn distance(&self, distances: &[f32]) -> f64 {
-        let surfaces = distances.iter().zip(&self.areas).zip(&self.stretches);
-        let squares = surfaces.map(|((&d, area), stretch)| (f64::from(d) * stretch).powi(2) * area);
-        let area: f64 = self.areas.iter().sum();
-        (squares.sum::<f64>() / area.max(f64::MIN_POSITIVE)).sqrt() / self.diagonal
+        let surfaces = distances.iter().zip(&self.stretches);
+        surfaces.map(|(&d, stretch)| f64::from(d) * stretch).fold(0.0, f64::max) / self.diagonal
     }
 
     /// Number of levels.

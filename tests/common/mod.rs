@@ -92,8 +92,13 @@ pub(crate) fn transferred(ratios: &[f64], scale: f64, bake_normals: BakeNormals)
 
 /// Options that measure roughly.
 pub(crate) fn measured() -> BakeOptions {
-    let evaluate =
-        evaluate::Options { views: 4, resolution: 64, samples: 20_000, pixel_tolerance: 1.0 };
+    let evaluate = evaluate::Options {
+        views: 4,
+        resolution: 64,
+        samples: 20_000,
+        pixel_tolerance: 1.0,
+        screen_height: 128,
+    };
     BakeOptions { evaluate: Some(evaluate), ..chained() }
 }
 

@@ -149,8 +149,9 @@ impl Moved {
         let other = SampledSurface::new(&level.positions, &level.triangles, samples, 2);
         let there = correspond(&own, &other).expect("a surface").distances();
         let back = correspond(&other, &own).expect("a surface").distances();
-        let Distances { rms, mean, max } = there.symmetric(back);
-        let diagonal = own.diagonal();
-        Distances { rms: rms / diagonal, mean: mean / diagonal, max: max / diagonal }
+        let found = there.symmetric(back);
+        let over = |distance: f64| distance / own.diagonal();
+        let [rms, mean, p999, max] = [found.rms, found.mean, found.p999, found.max].map(over);
+        Distances { rms, mean, p999, max }
     }
 }

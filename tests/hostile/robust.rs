@@ -32,8 +32,13 @@ struct Victim {
 
 impl Victim {
     fn new() -> Self {
-        let evaluate =
-            evaluate::Options { views: 1, resolution: 16, samples: 50, pixel_tolerance: 1.0 };
+        let evaluate = evaluate::Options {
+            views: 1,
+            resolution: 16,
+            samples: 50,
+            pixel_tolerance: 1.0,
+            screen_height: 128,
+        };
         let options =
             BakeOptions { targets: Targets::halves(2), evaluate: Some(evaluate), ..chained() };
         let folder = tempfile::tempdir().expect("a temporary folder");

@@ -448,7 +448,13 @@ fn compare(reference: &Build, candidate: &Build) -> Metrics {
             seamwise::import::read_bytes(&build.glb(), Path::new("")).expect("an asset");
         load(&asset, &mut TextureCache::default()).expect("a scene")
     };
-    let options = Options { views: 2, resolution: 64, samples: 5_000, pixel_tolerance: 1.0 };
+    let options = Options {
+        views: 2,
+        resolution: 64,
+        samples: 5_000,
+        pixel_tolerance: 1.0,
+        screen_height: 128,
+    };
     let reference = scene(reference);
     Reference::new(&reference, options).unwrap().compare(&scene(candidate)).unwrap()
 }

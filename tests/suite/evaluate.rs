@@ -15,7 +15,7 @@ use seamwise::evaluate::{Metrics, Options, Reference};
 use serde_json::json;
 
 const OPTIONS: Options =
-    Options { views: 3, resolution: 96, samples: 20_000, pixel_tolerance: 1.0 };
+    Options { views: 3, resolution: 96, samples: 20_000, pixel_tolerance: 1.0, screen_height: 128 };
 
 fn scene(build: &Build) -> Scene {
     let asset = seamwise::import::read_bytes(&build.glb(), Path::new("")).expect("an asset");

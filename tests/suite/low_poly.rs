@@ -43,8 +43,13 @@ static LEVELS: LazyLock<Vec<(Model, Vec<Kept>)>> =
 
 fn levels(model: &Model) -> Vec<Kept> {
     // The figures sought need no pictures.
-    let evaluate =
-        evaluate::Options { views: 1, resolution: 16, samples: 10_000, pixel_tolerance: 1.0 };
+    let evaluate = evaluate::Options {
+        views: 1,
+        resolution: 16,
+        samples: 10_000,
+        pixel_tolerance: 1.0,
+        screen_height: 128,
+    };
     let options = BakeOptions { evaluate: Some(evaluate), ..BakeOptions::default() };
     let baked = Baked::bytes(model.name, &model.build().glb(), &options);
     let source = source(model);

@@ -30,6 +30,7 @@ mod rooms;
 mod round_trip;
 mod scenes;
 mod seeds;
+mod seen;
 mod steering;
 mod tangents;
 mod tiles;

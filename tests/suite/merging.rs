@@ -99,7 +99,13 @@ fn scene(path: &Path) -> Scene {
 
 /// Lit luminance, sRGB, of one level beside another.
 fn difference(reference: &Path, candidate: &Path) -> f64 {
-    let options = Options { views: 6, resolution: 192, samples: 20_000, pixel_tolerance: 1.0 };
+    let options = Options {
+        views: 6,
+        resolution: 192,
+        samples: 20_000,
+        pixel_tolerance: 1.0,
+        screen_height: 128,
+    };
     let reference = scene(reference);
     let reference = Reference::new(&reference, options).expect("a surface");
     reference.compare(&scene(candidate)).expect("figures").rms_luminance_srgb

@@ -39,8 +39,13 @@ fn a_level_of_few_triangles_shows_the_bumps_that_it_has_lost() {
     build.add_shape(&bumpy_sphere(200, 100), material);
     let bytes = build.glb();
     let degrees = [BakeNormals::Off, BakeNormals::Auto].map(|bake_normals| {
-        let measure =
-            evaluate::Options { views: 4, resolution: 64, samples: 50_000, pixel_tolerance: 1.0 };
+        let measure = evaluate::Options {
+            views: 4,
+            resolution: 64,
+            samples: 50_000,
+            pixel_tolerance: 1.0,
+            screen_height: 128,
+        };
         let options =
             BakeOptions { evaluate: Some(measure), ..transferred(&[0.01], 1.0, bake_normals) };
         let baked = Baked::bytes("bumpy", &bytes, &options);
@@ -177,8 +182,13 @@ fn assert_sides_kept(name: &str, shape: &Shape, at: impl Fn(Vec3) -> [f32; 2]) {
     let texture = build.texture(&two_sided_picture(512), json!({"wrapS": 33071, "wrapT": 33071}));
     let material = build.painted(texture);
     build.add_shape(shape, material);
-    let measure =
-        evaluate::Options { views: 1, resolution: 64, samples: 50_000, pixel_tolerance: 1.0 };
+    let measure = evaluate::Options {
+        views: 1,
+        resolution: 64,
+        samples: 50_000,
+        pixel_tolerance: 1.0,
+        screen_height: 128,
+    };
     let options = BakeOptions {
         evaluate: Some(measure),
         ..transferred(&[0.05, 0.01], 0.5, BakeNormals::Auto)

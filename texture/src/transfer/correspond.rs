@@ -75,13 +75,13 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// RMS distance from the level to the source and back, the larger of the two, at the points and
-    /// the middles of triangles; in the units of the mesh.
-    pub fn rms_distance(&self, level: &Mesh) -> f32 {
+    /// The 99.9th percentile of the distances from the level to the source and back, the larger of the
+    /// two, at the points and the middles of triangles; in the units of the mesh.
+    pub fn high_distance(&self, level: &Mesh) -> f32 {
         let own = &self.side.mesh;
         let points = level.triangles.iter().map(|t| t.map(|wedge| level.wedge_points[wedge].0));
         let there = Surface::new(&level.positions, points);
-        f32::max(rms(probes(level), &self.surface), rms(probes(own), &there))
+        f32::max(high(probes(level), &self.surface), high(probes(own), &there))
     }
 
     /// The place that belongs to a point of a level; none if the group has no triangle. `guess` is a
@@ -128,10 +128,15 @@ fn probes(mesh: &Mesh) -> Vec<Vec3> {
     mesh.positions.iter().copied().chain(middles).collect()
 }
 
-fn rms(probes: Vec<Vec3>, surface: &Surface) -> f32 {
-    let square = |p: Vec3| surface.closest_point(p).map(|near| f64::from(near.distance_squared));
-    let squares: Vec<f64> = probes.into_par_iter().filter_map(square).collect();
-    (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt() as f32
+/// The share of places that are not farther than the distance of [`Source::high_distance`].
+const SHARE: f64 = 0.999;
+
+fn high(probes: Vec<Vec3>, surface: &Surface) -> f32 {
+    let square = |p: Vec3| surface.closest_point(p).map(|near| near.distance_squared);
+    let mut squares: Vec<f32> = probes.into_par_iter().filter_map(square).collect();
+    let Some(last) = squares.len().checked_sub(1) else { return 0.0 };
+    let place = ((squares.len() as f64 * SHARE).ceil() as usize).saturating_sub(1).min(last);
+    squares.select_nth_unstable_by(place, f32::total_cmp).1.sqrt()
 }
 
 #[cfg(test)]
@@ -235,9 +240,9 @@ mod tests {
     #[test]
     fn the_distance_is_that_of_the_farther_way() {
         let (near, far) = (squares(&[0.5]), squares(&[0.5, 0.9]));
-        assert!((source(&near).rms_distance(&squares(&[0.75])) - 0.25).abs() < 1e-6);
-        let expected = 0.4 * 0.5f32.sqrt();
-        assert!((source(&near).rms_distance(&far) - expected).abs() < 1e-6);
-        assert!((source(&far).rms_distance(&near) - expected).abs() < 1e-6);
+        assert!((source(&near).high_distance(&squares(&[0.75])) - 0.25).abs() < 1e-6);
+        // Half of the places are so far: the high distance is theirs, not a mean.
+        assert!((source(&near).high_distance(&far) - 0.4).abs() < 1e-6);
+        assert!((source(&far).high_distance(&near) - 0.4).abs() < 1e-6);
     }
 }
