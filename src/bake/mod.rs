@@ -3,6 +3,7 @@
 
 pub(crate) mod baked;
 pub(crate) mod digest;
+pub mod goals;
 pub(crate) mod input;
 pub mod options;
 mod report;
@@ -27,6 +28,7 @@ use crate::evaluate::{self, Reference};
 use crate::export::bundle::{Chain, Measured};
 use crate::export::disk::check_writable;
 use crate::export::document::level_asset;
+use crate::export::files::Format;
 use crate::image_file::codec::EncodeOptions;
 use crate::image_file::encoded::EncodedImage;
 use crate::level::lods::Lods;
@@ -114,8 +116,17 @@ pub fn bake_in_memory(
     let progress = &progress.limited(options.time_limit);
     // Before the input is read: if it changes in between, the hash is of what it no longer is.
     let digest = digest(input, options)?;
+    let (found, values) = goals::resolve(input, options, progress)?;
+    let (goals, options) = (&options.goals, &found);
     let Levels { files, sources, mut report, mut extras } = bake_levels(input, options, progress)?;
     report.digest = digest;
+    if let Some(goals) = goals {
+        let is_glb = options.output.format == Format::Glb;
+        for (index, level) in report.levels.iter_mut().enumerate() {
+            let bytes = files.get(index).filter(|_| is_glb).map(|(_, bytes)| bytes.len());
+            level.goal = Some(goals.reached(index, level, bytes, values[index]));
+        }
+    }
     let files = files.into_iter().map(|(name, bytes)| BakedFile { name, bytes }).collect();
     let mut baked = Baked { files, page: None, report, stem: input.stem(), sources };
     if let Some(page) = options.report {

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use seamwise_attr::Polish;
 
+use super::goals::Goals;
 use super::steering::Steering;
 use crate::error::{Error, Result};
 use crate::evaluate;
@@ -17,6 +18,9 @@ use crate::transfer::TransferOptions;
 pub struct BakeOptions {
     /// The target triangle count of each level, the finest first.
     pub targets: Targets,
+    /// What levels are to reach instead, if anything: as many as `targets` has, whose counts are then
+    /// found.
+    pub goals: Option<Goals>,
     /// The scope of those counts: over each mesh or over the scene.
     pub budget_per: BudgetPer,
     /// Options of the simplification.
@@ -74,6 +78,7 @@ impl Default for BakeOptions {
     fn default() -> Self {
         Self {
             targets: Targets::default(),
+            goals: None,
             budget_per: BudgetPer::default(),
             steering: Steering::default(),
             polish: Some(Polish::default()),

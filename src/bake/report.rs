@@ -82,6 +82,8 @@ pub(crate) fn level_reports(
                 .zip(steering)
                 .map(|(level, steering)| level.error * steering.stretch())
                 .fold(0.0, f64::max),
+            vertices: assembled[index].meshes.iter().map(LevelMesh::vertices).sum(),
+            goal: None,
             draw_calls: assembled[index].meshes.iter().map(LevelMesh::draw_calls).sum(),
             texture_bytes: assembled[index].textures.bytes(),
             // Known when it is written.

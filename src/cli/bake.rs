@@ -16,6 +16,7 @@ use seamwise_attr::{Placement, Polish};
 use super::batch::BatchArgs;
 use super::common::Common;
 use super::config::ConfigArgs;
+use super::goals::GoalArgs;
 use super::output::OutputArgs;
 use super::reading::ReadingArgs;
 use super::steering::SteeringArgs;
@@ -45,6 +46,8 @@ pub(crate) struct BakeArgs {
     pub(crate) config: ConfigArgs,
     #[command(flatten)]
     targets: TargetArgs,
+    #[command(flatten)]
+    goals: GoalArgs,
     #[command(flatten)]
     textures: TextureArgs,
     #[command(flatten)]
@@ -279,12 +282,15 @@ impl BakeArgs {
         screen.check()?;
         let page =
             ReportOptions { threads: self.measuring.threads_report, apart: self.page().is_some() };
+        let goals = self.goals.resolve()?;
         Ok(BakeOptions {
-            targets: match (&self.targets.ratios, &self.targets.triangles) {
-                (Some(ratios), _) => Targets::ratios(ratios.clone())?,
-                (_, Some(counts)) => Targets::triangles(counts.clone())?,
+            targets: match (&self.targets.ratios, &self.targets.triangles, &goals) {
+                (Some(ratios), ..) => Targets::ratios(ratios.clone())?,
+                (_, Some(counts), _) => Targets::triangles(counts.clone())?,
+                (.., Some(goals)) => Targets::halves(goals.count()),
                 _ => Targets::halves(self.targets.levels.into()),
             },
+            goals,
             budget_per: match self.targets.budget_per {
                 BudgetName::Mesh => BudgetPer::Mesh,
                 BudgetName::Scene => BudgetPer::Scene,

@@ -5,6 +5,7 @@ mod batch;
 mod common;
 mod config;
 mod evaluate;
+mod goals;
 mod look;
 mod output;
 mod reading;

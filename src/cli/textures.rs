@@ -35,7 +35,7 @@ pub(super) struct TextureArgs {
     texture_format: Option<FormatMode>,
     /// With transfer, quality of JPEGs; 95 if not given.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=100))]
-    quality: Option<u8>,
+    jpeg_quality: Option<u8>,
     /// With transfer, whether lit materials without a normal map gain one, with the shape that the
     /// level has lost; auto if not given.
     #[arg(long, value_enum, value_name = "WHEN")]
@@ -132,7 +132,7 @@ impl TextureArgs {
             ("--texture-scale", self.texture_scale.is_some()),
             ("--budget", self.budget.is_some()),
             ("--texture-format", self.texture_format.is_some()),
-            ("--quality", self.quality.is_some()),
+            ("--jpeg-quality", self.jpeg_quality.is_some()),
             ("--bake-normals", self.bake_normals.is_some()),
             ("--keep-coverage", self.keep_coverage),
         ];
@@ -159,7 +159,7 @@ impl TextureArgs {
             },
             bake_normals: self.bake_normals.map_or(default.bake_normals, BakeNormals::from),
             format: self.texture_format.map_or(default.format, TextureFormat::from),
-            quality: self.quality.unwrap_or(default.quality),
+            quality: self.jpeg_quality.unwrap_or(default.quality),
             keep_coverage: self.keep_coverage,
         }
     }

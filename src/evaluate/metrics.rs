@@ -31,6 +31,8 @@ pub struct Metrics {
     /// Structural similarity of sRGB-encoded luminance, up to 1: the mean over the windows of all
     /// views that hold a pixel of either; see [`super::similarity`].
     pub ssim: f64,
+    /// The least structural similarity of a view.
+    pub ssim_worst_view: f64,
     /// Silhouettes: what both cover over what either covers.
     pub silhouette_iou: f64,
     /// The largest size at which it may be shown, and how it looks there.

@@ -224,6 +224,7 @@ impl<'a> Reference<'a> {
             rms_luminance_srgb_seams: difference.rms_seams_srgb(),
             psnr_srgb: peak_ratio(difference.rms_srgb()),
             ssim: seen.similarity.mean(),
+            ssim_worst_view: by_view.iter().map(|seen| seen.similarity.mean()).fold(1.0, f64::min),
             silhouette_iou: difference.overlap(),
             at_switch,
             distance_rms: both.distance_rms,

@@ -70,6 +70,15 @@ impl<'a> LevelMesh<'a> {
         }
     }
 
+    /// Number of vertices of its primitives.
+    pub(crate) fn vertices(&self) -> usize {
+        let of_part = |part: &LevelPart| part.attributes.first().map_or(0, |(_, own)| own.count());
+        match &self.parts {
+            Some(parts) => parts.iter().flatten().map(of_part).sum(),
+            None => self.geometry.parts.iter().map(|part| part.vertices).sum(),
+        }
+    }
+
     /// Makes the vertices small, as [`quantize`](crate::level::quantize) tells.
     pub(crate) fn quantize(&mut self, error: f64, may_scale: bool) {
         if let Some(parts) = &mut self.parts {

@@ -142,7 +142,14 @@ pub fn bake_page(report: &BakeReport, extras: &Extras) -> Result<String> {
         rows: report.rows().into_iter().map(|cells| Row::new(cells, None)).collect(),
         header: header("level"),
         warnings: lines(&report.warnings),
-        notes: [report.cleaned(), report.misses(), report.needless(), report.far_off()].concat(),
+        notes: [
+            report.cleaned(),
+            report.misses(),
+            report.goals(),
+            report.needless(),
+            report.far_off(),
+        ]
+        .concat(),
         charts: charts(&measured),
         atlases: extras.atlases.shown.iter().map(atlas_block).collect(),
         atlas_notes: atlas_notes(&extras.atlases),

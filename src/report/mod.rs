@@ -5,6 +5,7 @@ mod columns;
 mod csv;
 mod farthest;
 mod figures;
+pub mod goal;
 pub mod html;
 pub(crate) mod level_textures;
 mod meshes;
@@ -27,6 +28,7 @@ use crate::evaluate::{Metrics, ViewMetrics};
 use crate::screen::Screen;
 use crate::transfer::MaterialTextures;
 use crate::warning::Warnings;
+use goal::Reached;
 use table::{COLUMNS, row};
 
 pub use farthest::FarthestPart;
@@ -107,6 +109,11 @@ pub struct LevelReport {
     pub points: usize,
     /// Its wedges.
     pub wedges: usize,
+    /// Vertices of its primitives, as they are stored.
+    pub vertices: usize,
+    /// The bound that it was to reach and what it has, if its triangles were found by one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub goal: Option<Reached>,
     /// Root of the largest area-weighted cost of a collapse, in the units of the file.
     pub error: f64,
     /// Triangle primitives of its meshes.

@@ -22,6 +22,7 @@ impl BakeReport {
         let lines = [
             self.cleaned(),
             self.misses(),
+            self.goals(),
             self.needless(),
             self.far_off(),
             self.shared_textures(),
@@ -95,6 +96,12 @@ impl BakeReport {
             Some(format!("level {} missed its {} triangles: {why}", index + 1, level.target))
         };
         self.levels.iter().enumerate().filter_map(miss).collect()
+    }
+
+    /// A line for each level that was found by a bound.
+    pub(super) fn goals(&self) -> Vec<String> {
+        let levels = self.levels.iter().enumerate();
+        levels.filter_map(|(index, level)| Some(level.goal?.line(index + 1))).collect()
     }
 
     /// A line for each level that a coarser one makes needless.

@@ -1,5 +1,5 @@
-//! What is seen decides: the reference that levels are compared with, and the sizes at which they take
-//! over.
+//! What is seen decides: the reference that levels are compared with, the sizes at which they take over,
+//! and levels that are found by what they reach.
 
 use std::path::Path;
 
@@ -33,6 +33,10 @@ impl Stage {
     fn json(&self, name: &str) -> Value {
         let text = std::fs::read_to_string(self.0.path().join(name)).expect("a report");
         serde_json::from_str(&text).expect("JSON")
+    }
+
+    fn size(&self, name: &str) -> u64 {
+        std::fs::metadata(self.0.path().join(name)).expect("a file").len()
     }
 }
 
@@ -80,5 +84,69 @@ fn a_level_is_chosen_by_sizes_that_fall_and_each_was_looked_at() {
     for (level, wanted) in levels.iter().zip(["1\n", "2\n"]) {
         let asked = format!("select out/sample.json --pixels {}", size(level) - 0.5);
         assert_eq!(stage.run(&asked).0, wanted);
+    }
+}
+
+#[test]
+fn levels_are_as_large_as_their_bytes_and_vertices_allow() {
+    let stage = Stage::new();
+    let (_, said, well) = stage.run("bake ball.glb -o out --max-bytes 60KB,20KB --no-evaluate");
+    assert!(well, "{said}");
+    for (name, most) in [("out/ball_lod1.glb", 60_000.0), ("out/ball_lod2.glb", 20_000.0)] {
+        let share = stage.size(name) as f64 / most;
+        assert!(share <= 1.0 && share > 0.98, "{name}: {share}");
+    }
+    let report = stage.json("out/ball.json");
+    let goal = &report["levels"][0]["goal"];
+    assert_eq!(goal["measure"], "bytes");
+    assert_eq!(goal["value"].as_u64(), Some(stage.size("out/ball_lod1.glb")));
+    let (_, said, well) = stage.run("bake ball.glb -o few --vertices 500,80 --no-evaluate");
+    assert!(well, "{said}");
+    let report = stage.json("few/ball.json");
+    for (level, most) in [(0, 500), (1, 80)] {
+        let vertices = report["levels"][level]["vertices"].as_u64().expect("a count");
+        assert!(vertices <= most && vertices + 8 >= most, "{vertices} of {most}");
+    }
+    let (_, said, well) = stage.run("bake sample.glb -o none --max-bytes 20KB --no-evaluate");
+    assert!(!well && said.contains("are textures"), "{said}");
+    assert!(!stage.0.path().join("none").exists());
+}
+
+#[test]
+fn levels_are_as_coarse_as_what_is_seen_of_them_allows() {
+    let stage = Stage::new();
+    let (table, said, well) =
+        stage.run("bake ball.glb -o out --quality 0.995,0.97 --at-pixels 96 --screen 160x90");
+    assert!(well && table.contains("similarity 0.99"), "{table}{said}");
+    let report = stage.json("out/ball.json");
+    for (level, least) in [(0, 0.995), (1, 0.97)] {
+        let goal = &report["levels"][level]["goal"];
+        let value = goal["value"].as_f64().expect("a value");
+        assert!(value >= least && value < least + 0.01, "{goal}");
+        assert_eq!(goal["pixels"], 96);
+    }
+    let (_, said, well) =
+        stage.run("bake ball.glb -o near --max-pixels-off 1,4 --at-pixels 400 --screen 160x90");
+    assert!(well, "{said}");
+    let report = stage.json("near/ball.json");
+    for (level, most) in [(0, 1.0), (1, 4.0)] {
+        let off = report["levels"][level]["metrics"]["distance_p999"].as_f64().expect("a figure");
+        let share = 400.0 * off / most;
+        assert!(share <= 1.0 && share > 0.8, "level {level}: {share} of the bound");
+    }
+}
+
+#[test]
+fn goals_that_make_no_sense_are_refused_with_advice() {
+    let stage = Stage::new();
+    for (arguments, advice) in [
+        ("--quality 95", "--jpeg-quality"),
+        ("--quality 0.9,0.99", "from fine to coarse"),
+        ("--quality 0.9 --vertices 100", "one goal"),
+        ("--vertices 100 --levels 2", "cannot be used with"),
+        ("--max-bytes 1MB --textures transfer --texture-scale 0.5", "--texture-scale"),
+    ] {
+        let (_, said, well) = stage.run(&format!("bake ball.glb -o out {arguments}"));
+        assert!(!well && said.contains(advice), "{arguments}: {said}");
     }
 }
