@@ -106,7 +106,16 @@ fn assert_same(name: &str, before: &Asset, after: &Asset) {
         "{name}"
     );
     let places = ["bufferView", "uri", "mimeType"];
-    assert_eq!(stripped(before, "images", &places), stripped(after, "images", &places), "{name}");
+    let mut images = stripped(after, "images", &places);
+    for (image, told) in
+        images.iter_mut().zip(before.json["images"].as_array().into_iter().flatten())
+    {
+        // In a .glb an image that had a file is called after it.
+        if told.get("uri").is_some() && told.get("name").is_none() {
+            drop(image.as_object_mut().and_then(|own| own.shift_remove("name")));
+        }
+    }
+    assert_eq!(stripped(before, "images", &places), images, "{name}");
     assert!(before.images == after.images, "{name}: images");
     let triangles = triangle_indices(before);
     for index in 0..before.count("accessors") {
