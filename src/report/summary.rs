@@ -248,29 +248,33 @@ fn volume(metrics: &Metrics) -> String {
     }
 }
 
-/// Names of files, those that differ in a number alone as the first and the last.
+/// Names of files: those that differ in a number alone as the first and the last, those in a folder
+/// counted.
 fn listed(files: &[String]) -> String {
-    let numbered = |name: &str| {
-        let at = name.find(|c: char| c.is_ascii_digit() && name.contains("_lod"))?;
-        let at = name.rfind("_lod").map_or(at, |lod| lod + "_lod".len());
-        let end = name[at..].find(|c: char| !c.is_ascii_digit())?;
-        (end > 0).then(|| (name[..at].to_owned(), name[at + end..].to_owned()))
-    };
-    let mut groups: Vec<Vec<&String>> = Vec::new();
+    let mut groups: Vec<(String, Vec<&str>)> = Vec::new();
     for file in files {
-        let key = numbered(file);
-        let same = groups.iter_mut().find(|own| key.is_some() && numbered(own[0]) == key);
-        match same {
-            Some(group) => group.push(file),
-            None => groups.push(vec![file]),
+        let key = group_of(file);
+        match groups.iter_mut().find(|(own, _)| *own == key) {
+            Some((_, group)) => group.push(file),
+            None => groups.push((key, vec![file])),
         }
     }
-    let names = groups.iter().map(|group| match group[..] {
-        [one] => one.clone(),
+    let names = groups.iter().map(|(key, group)| match group[..] {
+        [one] => one.to_owned(),
+        _ if key.ends_with('/') => format!("{} files in {key}", group.len()),
         [one, other] => format!("{one}, {other}"),
         _ => format!("{} … {}", group[0], group[group.len() - 1]),
     });
     names.collect::<Vec<_>>().join(", ")
+}
+
+/// What a file is listed with: the folder that it is in, or its name without a level's number.
+fn group_of(file: &str) -> String {
+    if let Some((folder, _)) = file.split_once('/') {
+        return format!("{folder}/");
+    }
+    let Some((stem, rest)) = file.rsplit_once("_lod") else { return file.to_owned() };
+    format!("{stem}_lod{}", rest.trim_start_matches(|c: char| c.is_ascii_digit()))
 }
 
 impl EvaluateReport {
@@ -311,5 +315,23 @@ impl EvaluateReport {
         let lines = self.reference.textures.line().into_iter().chain(self.complaints());
         text.extend(lines.map(|line| wrap(&line, width)));
         text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_that_belong_together_are_named_by_the_first_and_the_last_or_by_their_folder() {
+        let files =
+            |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
+        let levels = ["a_lod1.gltf", "a_lod1.bin", "a_lod2.gltf", "a_lod2.bin", "a_lod3.gltf"];
+        let said = listed(&files(&levels));
+        assert_eq!(said, "a_lod1.gltf … a_lod3.gltf, a_lod1.bin, a_lod2.bin");
+        let said =
+            listed(&files(&["a_lod1.glb", "a_textures/x.png", "a_textures/y.png", "a.html"]));
+        assert_eq!(said, "a_lod1.glb, 2 files in a_textures/, a.html");
+        assert_eq!(listed(&files(&["x_lodge.glb"])), "x_lodge.glb");
     }
 }
