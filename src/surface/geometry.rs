@@ -121,7 +121,11 @@ impl Geometry {
         match (&part.local, stays) {
             (Some(local), true) => local.positions[(vertex - part.first) as usize],
             (Some(local), false) => local.frame.point_back(position),
-            (None, true) if !rounds => self.welded.vertex_position(source),
+            (None, true) if !rounds => {
+                let own = self.welded.vertex_position(source);
+                // Of two zeros that of the point, as its other wedges have it.
+                if own == position { position } else { own }
+            }
             (None, _) => position,
         }
     }
