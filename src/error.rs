@@ -45,6 +45,13 @@ pub enum Error {
         /// The time limit.
         limit: Duration,
     },
+    /// Whoever watches the progress ended the run: see
+    /// [`Display::is_canceled`](crate::progress::Display::is_canceled).
+    #[error("it was ended at the stage `{stage}`")]
+    Canceled {
+        /// The stage that was done last, or would have been next.
+        stage: String,
+    },
     /// An option makes no sense.
     #[error("{what}")]
     Options {

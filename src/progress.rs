@@ -1,6 +1,6 @@
 //! How far a run is, for whoever wants to show it; and the end of a run that takes too long.
 //!
-//! A bake may be given a time. It is looked at between stages and, within one, before each surface
+//! A bake may be given a time, and its display may end it. Both are looked at between stages and, within one, before each surface
 //! or level: what is under way is ended first, so a bake ends late by a step at most, and every
 //! file is still written or none.
 
@@ -41,6 +41,11 @@ pub trait Display: std::fmt::Debug + Send + Sync {
     /// of all of them. The file is done when what this returns is dropped.
     fn file(&self, _name: &str) -> Option<Box<dyn Display>> {
         None
+    }
+
+    /// Whether the run is to end: asked between stages and, within one, before each surface or level.
+    fn is_canceled(&self) -> bool {
+        false
     }
 }
 
@@ -104,11 +109,15 @@ impl Progress {
         Self { deadline: self.deadline, ..Self::hidden() }
     }
 
-    /// Makes sure that there is time left; `stage` is the one that it would be for, or was.
+    /// Makes sure that there is time left and that nobody wants an end; `stage` is the one that it would
+    /// be for, or was.
     ///
     /// # Errors
-    /// [`Error::Time`] with the stage.
+    /// [`Error::Time`] or [`Error::Canceled`] with the stage.
     pub(crate) fn check(&self, stage: &str) -> Result<()> {
+        if self.display.as_ref().is_some_and(|display| display.is_canceled()) {
+            return Err(Error::Canceled { stage: stage.to_owned() });
+        }
         match self.deadline {
             Some(Deadline { end, limit }) if Instant::now() >= end => {
                 Err(Error::Time { stage: stage.to_owned(), limit })
@@ -157,6 +166,29 @@ mod tests {
             let said = over.check("simplify").unwrap_err().to_string();
             assert!(said.contains("`simplify`") && said.contains("--time-limit"), "{said}");
             assert!(over.limited(None).check("simplify").is_ok());
+        }
+    }
+
+    /// Wants an end.
+    #[derive(Debug)]
+    struct Impatient;
+
+    impl Display for Impatient {
+        fn stage(&self, _name: &str, _total: usize) -> Box<dyn Bar> {
+            Box::new(())
+        }
+
+        fn is_canceled(&self) -> bool {
+            true
+        }
+    }
+
+    #[test]
+    fn a_display_ends_a_run_at_the_stage_that_comes_next() {
+        let progress = Progress::new(Arc::new(Impatient));
+        for progress in [progress.file("a.glb", Progress::clone), progress.limited(None)] {
+            let ended = progress.check("weld").unwrap_err();
+            assert!(matches!(&ended, Error::Canceled { stage } if stage == "weld"), "{ended}");
         }
     }
 

@@ -3,7 +3,6 @@
 use std::cmp::Reverse;
 use std::sync::atomic::AtomicUsize;
 
-use glam::{DVec3, Vec3};
 use rustc_hash::FxHashMap;
 
 use crate::chain::{Level, polish_chain, simplify_chain};
@@ -137,7 +136,7 @@ impl<'a> Simplifier<'a> {
     pub fn new(vertices: &'a Vertices) -> Self {
         Self {
             vertices,
-            settings: Settings::for_diagonal(diagonal(&vertices.positions)),
+            settings: Settings::for_diagonal(vertices.diagonal()),
             polish: Some(Polish::default()),
             locked: &[],
             importance: &[],
@@ -261,16 +260,10 @@ fn simplified(level: Level, welded: &Welded) -> Simplified {
     Simplified { vertices, sources, target, error, stopped }
 }
 
-/// The diagonal of the bounding box of points, 0 if there are none.
-fn diagonal(positions: &[Vec3]) -> f64 {
-    let finite = || positions.iter().filter(|p| p.is_finite()).map(|p| p.as_dvec3());
-    let (low, high) = (finite().reduce(DVec3::min), finite().reduce(DVec3::max));
-    low.zip(high).map_or(0.0, |(low, high)| low.distance(high))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::Vec3;
 
     /// A hill over n × n squares, with its plan as UVs and a seam down its middle.
     fn hill(n: u32) -> Vertices {
@@ -314,7 +307,7 @@ mod tests {
         let hill = hill(20);
         let settings = Settings {
             placement: crate::Placement::Ends,
-            ..Settings::for_diagonal(diagonal(&hill.positions))
+            ..Settings::for_diagonal(hill.diagonal())
         };
         let level = Simplifier::new(&hill).settings(settings).run(&[0.2]).unwrap().remove(0);
         let uvs: Vec<_> = hill.uvs(0).collect();

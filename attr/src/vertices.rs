@@ -1,6 +1,6 @@
 //! Triangles over indexed vertices, as files and graphics programs hold them.
 
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 use crate::error::{Error, Result};
 use crate::mesh::Layout;
@@ -107,6 +107,13 @@ impl Vertices {
     pub fn with_groups(mut self, groups: Vec<u32>) -> Self {
         self.groups = groups;
         self
+    }
+
+    /// The diagonal of the bounding box of the finite positions, 0 if there are none.
+    pub fn diagonal(&self) -> f64 {
+        let finite = || self.positions.iter().filter(|p| p.is_finite()).map(|p| p.as_dvec3());
+        let (low, high) = (finite().reduce(DVec3::min), finite().reduce(DVec3::max));
+        low.zip(high).map_or(0.0, |(low, high)| low.distance(high))
     }
 
     /// The indices of all triangles, three of each.

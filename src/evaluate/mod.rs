@@ -36,6 +36,7 @@ use glam::DVec3;
 
 use crate::document::asset::Asset;
 use crate::error::{Error, Result};
+use crate::limit::MemoryLimit;
 use crate::screen::Screen;
 use crate::warning::Warnings;
 use appearance::compare_appearance;
@@ -43,6 +44,7 @@ use camera::Rig;
 use distance::{SampledSurface, correspond};
 use load::{TextureCache, load};
 use looks::count_foldovers;
+use reference::ReferenceScene;
 use scene::{Mode, Scene};
 use seams::seam_bands;
 use switch::{KnownColors, SwitchSearch};
@@ -267,7 +269,9 @@ fn peak_ratio(rms: f64) -> Option<f64> {
     (rms > 0.0).then(|| -20.0 * rms.log10())
 }
 
-/// Compares each candidate, a level of detail from any tool, with the asset that it stands for.
+/// Compares each candidate, a level of detail from any tool, with the asset that it stands for, as the
+/// command line tool does by default: with its atlases filled where it bleeds and that shows. [`Reference`]
+/// compares with it as it is.
 ///
 /// ```
 /// use seamwise::evaluate::{Options, compare_assets};
@@ -290,8 +294,9 @@ pub fn compare_assets(
     options: Options,
 ) -> Result<Vec<Metrics>> {
     let mut textures = TextureCache::default();
-    let scene = load(reference, &mut textures)?;
-    let reference = Reference::new(&scene, options)?;
+    let limit = MemoryLimit::default();
+    let own = ReferenceScene::cleaned(reference, None, Mode::Lit, limit, &mut textures)?;
+    let reference = Reference::new(&own.scene, options)?;
     candidates.iter().map(|asset| reference.compare(&load(asset, &mut textures)?)).collect()
 }
 
