@@ -148,7 +148,11 @@ mod tests {
     fn a_source_that_bleeds_is_filled_and_one_that_is_filled_stays() {
         let mut asset = sample();
         let found = cleaned(&asset);
-        assert!(found.textures.cleaned && found.textures.images == [0], "{:?}", found.textures);
+        assert!(
+            found.textures.cleaned && found.textures.images == [0, 1, 2],
+            "{:?}",
+            found.textures
+        );
         let line = found.textures.line().unwrap();
         assert!(line.contains("--reference-as-is"), "{line}");
         let repairs = repair_all(&asset, MemoryLimit::default()).unwrap();
