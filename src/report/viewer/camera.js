@@ -84,7 +84,8 @@ function viewOf({ eye, right, up, back, half, aspect, center, radius }) {
   const [near, far] = [Math.max(away - 1.5 * radius, 0.01 * radius, 1e-4 * away), away + 1.5 * radius];
   const [x, y] = [1 / (half * Math.max(aspect, 1)), 1 / (half * Math.max(1 / aspect, 1))];
   const depth = Math.max(far, 2 * near) - near;
-  const projection = [x, 0, 0, 0, 0, y, 0, 0, 0, 0, -(2 * near + depth) / depth, -1, 0, 0, (-2 * near * (near + depth)) / depth, 0];
+  const [a, b] = [-(2 * near + depth) / depth, (-2 * near * (near + depth)) / depth];
+  const projection = [x, 0, 0, 0, 0, y, 0, 0, 0, 0, a, -1, 0, 0, b, 0];
   const turned = [right, up, back].map((axis) => [axis, -dot(axis, eye)]);
   const world = [0, 1, 2].flatMap((column) => [...turned.map(([axis]) => axis[column]), 0]);
   const matrix = multiply(projection, [...world, ...turned.map(([, move]) => move), 1]);

@@ -44,6 +44,20 @@ async function loadAll(stage, panel, models) {
   }
 }
 
+/** Lets the pictures of the page be seen in the view, from where they were drawn. */
+function offerViews(stage, panel) {
+  document.querySelectorAll('[data-direction]').forEach((button) => {
+    button.hidden = false;
+    button.addEventListener('click', () => {
+      stage.camera.reset();
+      stage.camera.lookFrom(normalize(button.dataset.direction.split(' ').map(Number)));
+      panel.arrange('all');
+      stage.elements.viewer.scrollIntoView();
+      stage.elements.canvas.focus({ preventScroll: true });
+    });
+  });
+}
+
 /** Says that the browser took the graphics away, as it does under pressure. */
 function watchContext(canvas) {
   canvas.addEventListener('webglcontextlost', () => {
@@ -60,10 +74,11 @@ async function start() {
   stage.models = readModels(config);
   const panel = new Panel(stage);
   panel.offer(stage.models);
-  if (stage.models.length === 1) panel.arrange('single');
+  if (stage.models.length === 1) panel.beAlone();
   // For tests, and for whoever looks with the browser's own tools.
   window.seamwise = { stage, panel };
   await loadAll(stage, panel, stage.models);
+  offerViews(stage, panel);
 }
 
 addEventListener('error', (event) => complain(`The view failed: ${event.message}`));

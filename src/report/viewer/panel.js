@@ -39,6 +39,12 @@ class Panel {
     option('distance').disabled = !models.some((model) => model.distances);
   }
 
+  /** A single model needs nothing that compares. */
+  beAlone() {
+    this.arrange('single');
+    for (const element of [this.elements.layouts, this.elements.flip, this.elements.auto.parentElement]) element.hidden = true;
+  }
+
   enable(at) {
     this.radios[at].disabled = false;
   }

@@ -1,6 +1,6 @@
 // Draws models, in any of the shadings, into parts of a canvas.
 
-/** Shadings in the order of the shader's constants; those after the ones it knows are made of pictures. */
+/** Shadings in the order of the shader's constants. The difference to the source is none: it is made of pictures. */
 const SHADINGS = ['lit', 'base', 'normals', 'flat', 'smooth', 'triangles', 'charts', 'checker', 'distance'];
 const ALPHA_MODES = ['OPAQUE', 'MASK', 'BLEND'];
 /** Attributes by their place in the vertex shader, with what stands for one that is not there. */

@@ -6,6 +6,8 @@ class Stage {
     this.state = { shown: 0, layout: 'split', shading: 'lit', wireframe: false, split: 0.5, auto: false, enlarge: false };
     this.isDue = false;
     new ResizeObserver(() => this.redraw()).observe(elements.stage);
+    // A canvas keeps its picture only until it was shown.
+    addEventListener('beforeprint', () => { if (this.camera) this.draw(); });
     matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.redraw());
   }
 
@@ -101,7 +103,9 @@ class Stage {
     const whole = [0, 0, width, height];
     const chosen = this.models[shown];
     // Before the first level is there, the source is all that can be seen.
-    if (layout === 'single' || !chosen.batches || this.models.length === 1) return [this.pane(chosen.batches ? chosen : this.models[0], whole, whole)];
+    if (layout === 'single' || !chosen.batches || this.models.length === 1) {
+      return [this.pane(chosen.batches ? chosen : this.models[0], whole, whole)];
+    }
     if (layout === 'split') {
       const left = Math.round(width * split);
       return [
