@@ -11,6 +11,7 @@ mod simplify;
 pub mod steering;
 mod unsimplified;
 mod view;
+mod words;
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
@@ -39,6 +40,7 @@ use crate::report::html::{Extras, bake_page};
 use crate::report::level_textures::draw_level_textures;
 use crate::report::pictures::{Gallery, draw_atlases};
 use crate::report::threads::time_threads;
+use crate::report::verdict::FileSize;
 use crate::report::{BakeReport, Seconds, mesh_reports, peak_memory};
 use crate::surface::group::weld_all;
 use crate::transfer::{MaterialTextures, Origin, Plan, TransferOptions, transfer_all};
@@ -50,6 +52,7 @@ use report::{input_report, level_reports};
 use simplify::{polish_all, simplify_all};
 use unsimplified::{Surfaces, warn_of_whole_levels};
 use view::view_all;
+use words::option_words;
 
 /// Bakes the levels of one asset into `folder`: `<stem>_lod1.glb` and so on, and what else
 /// `options.output` asks for; `<stem>.json` with what was measured, and `<stem>.html` with the same in
@@ -136,6 +139,9 @@ pub fn bake_in_memory(
                 bake_levels(input, &again, &progress.unseen())
             })?;
         }
+        let size = |file: &BakedFile| FileSize { name: file.name.clone(), bytes: file.bytes.len() };
+        extras.files = baked.files.iter().map(size).collect();
+        extras.options = option_words(options);
         let bytes = bake_page(&baked.report, &extras)?.into_bytes();
         let page = BakedFile { name: format!("{}.html", baked.stem), bytes };
         baked.page = Some(page);

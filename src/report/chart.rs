@@ -1,10 +1,11 @@
 //! Line charts as SVG: one figure against the number of triangles.
 //!
 //! The x axis is in octaves, since each level has about half the triangles of the one before; the y
-//! axis is linear. Colors are classes and variables of the page, so a chart follows its theme.
+//! axis is linear, or in decades where values span them. Colors are classes and variables of the page, so a chart follows its theme.
 
 use std::fmt::Write;
 
+use super::scale::Scale;
 use super::ticks::{Ticks, doublings, grouped, short, superscript};
 
 /// Width and height of a chart in its own units, a pixel each at full size.
@@ -54,7 +55,7 @@ pub(super) struct Point {
 impl Chart {
     /// The unit as the page shows it, with the power of ten that the numbers on the axis are in.
     pub(super) fn unit_text(&self) -> String {
-        let scale = match self.y_axis().unit {
+        let scale = match self.y_axis().unit() {
             0 => String::new(),
             unit => format!("× 10{} ", superscript(unit)),
         };
@@ -66,29 +67,37 @@ impl Chart {
         self.series.iter().all(|series| series.points.is_empty())
     }
 
+    /// Whether all candidates are perfect, but for what the axis would not tell.
+    pub(super) fn is_perfect(&self) -> bool {
+        let room = (1e-5 * self.ideal.abs()).max(1e-12);
+        self.points().all(|point| (point.value - self.ideal).abs() <= room)
+    }
+
     fn points(&self) -> impl Iterator<Item = &Point> + Clone {
         self.series.iter().flat_map(|series| &series.points)
     }
 
-    fn y_axis(&self) -> Ticks {
+    fn y_axis(&self) -> Scale {
         let values = || self.points().map(|point| point.value);
+        if let Some(decades) = Scale::decades(values(), self.ideal) {
+            return decades;
+        }
         let low = values().fold(self.ideal, f64::min);
         let high = values().fold(self.ideal, f64::max);
         // Less than that is rounding, and would take more digits than fit beside the axis.
         let differ = high - low > 1e-5 * low.abs().max(high.abs()) + 1e-30;
-        match (differ, self.ideal == 0.0) {
+        Scale::Linear(match (differ, self.ideal == 0.0) {
             (true, true) => Ticks::over(low, high),
             // Room for a label below the lowest point.
             (true, false) => Ticks::over(low - 0.1 * (high - low), high),
             (false, true) => Ticks::over(0.0, 1.0),
             (false, false) => Ticks::over(low - 0.05, high),
-        }
+        })
     }
 
     /// The chart as an SVG element.
     pub(super) fn to_svg(&self) -> String {
-        let ticks = self.y_axis();
-        let axes = Axes::new(self.points().map(|point| point.triangles), ticks);
+        let axes = Axes::new(self.points().map(|point| point.triangles), self.y_axis());
         let mut svg = format!(
             "<svg viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\">",
             SIZE[0], SIZE[1], self.title
@@ -98,8 +107,8 @@ impl Chart {
             self.series.iter().map(|series| axes.places(series)).collect();
         let mut taken = obstacles(&lines);
         for (series, places) in self.series.iter().zip(&lines) {
-            draw_series(&mut svg, series, places, &axes.ticks);
-            draw_labels(&mut svg, series, places, &axes.ticks, &mut taken);
+            draw_series(&mut svg, series, places, &axes.scale);
+            draw_labels(&mut svg, series, places, &axes.scale, &mut taken);
         }
         svg += "</svg>";
         svg
@@ -111,18 +120,18 @@ struct Axes {
     /// log₂ of the triangles at the left and right edge of the plot.
     octaves: [f64; 2],
     doublings: Vec<u64>,
-    ticks: Ticks,
+    scale: Scale,
 }
 
 impl Axes {
-    fn new(triangles: impl Iterator<Item = usize> + Clone, ticks: Ticks) -> Self {
+    fn new(triangles: impl Iterator<Item = usize> + Clone, scale: Scale) -> Self {
         let low = triangles.clone().min().unwrap_or(1).max(1);
         let high = triangles.max().unwrap_or(1).max(1);
         let mut octaves = [(low as f64).log2() - PAD[0], (high as f64).log2() + PAD[1]];
         // A single point, or points close together, still get a tick or two.
         let lacking = (2.0 - (octaves[1] - octaves[0])).max(0.0) / 2.0;
         octaves = [octaves[0] - lacking, octaves[1] + lacking];
-        Self { octaves, doublings: doublings(octaves), ticks }
+        Self { octaves, doublings: doublings(octaves), scale }
     }
 
     fn x(&self, triangles: f64) -> f64 {
@@ -131,8 +140,7 @@ impl Axes {
     }
 
     fn y(&self, value: f64) -> f64 {
-        let (low, high) = (self.ticks.value(self.ticks.first), self.ticks.value(self.ticks.last));
-        PLOT[3] - (value - low) / (high - low) * (PLOT[3] - PLOT[1])
+        PLOT[3] - self.scale.share(value) * (PLOT[3] - PLOT[1])
     }
 
     fn places(&self, series: &Series) -> Vec<[f64; 2]> {
@@ -142,10 +150,11 @@ impl Axes {
 
     fn draw(&self, svg: &mut String, ideal: f64) {
         let [left, _, right, bottom] = PLOT;
-        for tick in self.ticks.first..=self.ticks.last {
-            let y = self.y(self.ticks.value(tick));
-            let class = if self.ticks.value(tick) == ideal { "ideal" } else { "grid" };
-            let (text, base) = (self.ticks.label(tick), y + 3.5);
+        let is_linear = matches!(self.scale, Scale::Linear(_));
+        for mark in self.scale.marks() {
+            let y = self.y(mark.value);
+            let class = if is_linear && mark.value == ideal { "ideal" } else { "grid" };
+            let (text, base) = (mark.label, y + 3.5);
             put(
                 svg,
                 format_args!(
@@ -182,7 +191,7 @@ fn put(svg: &mut String, what: std::fmt::Arguments<'_>) {
 }
 
 /// A line through the points, and the points with their values on hover.
-fn draw_series(svg: &mut String, series: &Series, places: &[[f64; 2]], ticks: &Ticks) {
+fn draw_series(svg: &mut String, series: &Series, places: &[[f64; 2]], scale: &Scale) {
     let color = series.color % COLORS;
     put(svg, format_args!("<g style=\"--own:var(--series-{color})\">"));
     if let [[x, y], rest @ ..] = places
@@ -193,7 +202,7 @@ fn draw_series(svg: &mut String, series: &Series, places: &[[f64; 2]], ticks: &T
         svg.push_str("\"/>");
     }
     for (point, [x, y]) in series.points.iter().zip(places) {
-        let (name, value) = (escape(&point.name), ticks.full_text(point.value));
+        let (name, value) = (escape(&point.name), scale.full_text(point.value));
         let triangles = grouped(point.triangles);
         put(
             svg,
@@ -212,11 +221,11 @@ fn draw_labels(
     svg: &mut String,
     series: &Series,
     places: &[[f64; 2]],
-    ticks: &Ticks,
+    scale: &Scale,
     taken: &mut Vec<[f64; 4]>,
 ) {
     for (point, [x, y]) in series.points.iter().zip(places) {
-        let text = ticks.value_text(point.value);
+        let text = scale.value_text(point.value);
         let width = text.chars().count() as f64 * DIGIT;
         for base in [y - 6.0, y + 14.0] {
             let space = [x + 6.0, base - 9.0, x + 6.0 + width, base + 2.0];
@@ -278,8 +287,8 @@ mod tests {
 
     #[test]
     fn points_lie_where_the_axes_say() {
-        let ticks = Ticks::over(0.0, 1.0);
-        let axes = Axes::new([1024, 4096].into_iter(), ticks);
+        let scale = Scale::Linear(Ticks::over(0.0, 1.0));
+        let axes = Axes::new([1024, 4096].into_iter(), scale);
         // From 9.75 to 12.65 octaves over 234 units.
         assert_eq!(format!("{:.3}", axes.x(1024.0)), format!("{:.3}", 40.0 + 0.25 / 2.9 * 234.0));
         assert_eq!([axes.y(0.0), axes.y(0.5), axes.y(1.0)], [154.0, 84.0, 14.0]);
@@ -304,7 +313,7 @@ mod tests {
         assert_eq!(svg.matches("class=\"label\"").count(), 2, "{svg}");
         // The label of the first would lie on the line upward, and goes below.
         let svg = chart(vec![point(1024, 0.5), point(2048, 0.6)]).to_svg();
-        let axes = Axes::new([1024, 2048].into_iter(), Ticks::over(0.0, 0.6));
+        let axes = Axes::new([1024, 2048].into_iter(), Scale::Linear(Ticks::over(0.0, 0.6)));
         assert!(svg.contains(&format!("y=\"{:.1}\">0.50</text>", axes.y(0.5) + 14.0)), "{svg}");
     }
 

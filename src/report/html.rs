@@ -8,14 +8,17 @@ use askama::Template;
 use seamwise_texture::Role;
 
 use super::chart::{COLORS, Chart};
-use super::figures::{charts, file_name, series_colors, short_names};
+use super::cost::{Bar, counted, machine, thread_bars, timing_bars};
+use super::figures::{Measured, charts, file_name, series_colors, short_names};
 use super::level_textures::TexturePictures;
+use super::meshes::mesh_rows;
 use super::pictures::{AtlasPicture, AtlasPictures, Gallery, Picture};
 use super::table::{COLUMNS, header};
 use super::threads::ThreadTime;
 use super::ticks::grouped;
+use super::verdict::{FileSize, Verdict, verdicts};
 use super::viewer::{self, Viewer};
-use super::{BakeReport, CandidateReport, EvaluateReport, Seconds};
+use super::{BakeReport, CandidateReport, EvaluateReport};
 use crate::error::{Error, Result};
 use crate::evaluate::Metrics;
 use crate::evaluate::heat::{WHITE, heat_color};
@@ -33,9 +36,16 @@ pub struct Extras {
     pub atlases: AtlasPictures,
     /// The textures of each level, if levels have any of their own.
     pub(crate) level_textures: Vec<TexturePictures>,
+    /// The files that were written, with their bytes.
+    pub(crate) files: Vec<FileSize>,
+    /// The options of the bake in words.
+    pub(crate) options: Vec<String>,
     /// Wall times of the same bake on 1, 2, … threads, if they were measured.
     pub(crate) threads: Vec<ThreadTime>,
 }
+
+/// Most mip levels in the table of an atlas: what is read of smaller ones, little is seen of.
+const MOST_MIPS: usize = 5;
 
 #[derive(Template)]
 #[template(path = "page.html")]
@@ -48,9 +58,13 @@ struct Page<'a> {
     viewer: String,
     header: [String; COLUMNS],
     rows: Vec<Row>,
+    verdicts: Vec<Verdict>,
+    options: &'a [String],
+    meshes: Vec<Vec<String>>,
     warnings: Vec<String>,
     notes: Vec<String>,
     charts: Vec<Chart>,
+    perfect: Vec<&'static str>,
     columns: Vec<Column<'a>>,
     views: Vec<View<'a>>,
     legend: Vec<Stop>,
@@ -59,6 +73,8 @@ struct Page<'a> {
     level_textures: &'a [TexturePictures],
     timings: Vec<Bar>,
     peak_memory: Option<String>,
+    /// What it ran on, and when.
+    machine: Vec<String>,
     threads: Vec<Bar>,
 }
 
@@ -89,6 +105,8 @@ struct Column<'a> {
 /// A camera's pictures of all scenes.
 struct View<'a> {
     number: usize,
+    /// From the middle to its camera, as the interactive view reads it.
+    direction: String,
     renders: Vec<&'a Picture>,
     differences: Vec<&'a Picture>,
 }
@@ -106,13 +124,6 @@ struct AtlasBlock<'a> {
     detail: String,
     atlas: &'a AtlasPicture,
     mips: Vec<[String; 4]>,
-}
-
-/// A named length.
-struct Bar {
-    name: String,
-    percent: f64,
-    text: String,
 }
 
 /// The page of a bake.
@@ -150,12 +161,17 @@ pub fn bake_page(report: &BakeReport, extras: &Extras) -> Result<String> {
             report.far_off(),
         ]
         .concat(),
-        charts: charts(&measured),
+        charts: imperfect(&measured),
+        perfect: perfect(&measured),
+        verdicts: verdicts(report, &extras.files),
+        options: &extras.options,
+        meshes: mesh_rows(&report.meshes),
         atlases: extras.atlases.shown.iter().map(atlas_block).collect(),
         atlas_notes: atlas_notes(&extras.atlases),
         level_textures: &extras.level_textures,
         timings: timing_bars(&report.seconds),
         peak_memory: report.peak_memory_bytes.map(|bytes| format!("{:.0} MB", bytes as f64 / 1e6)),
+        machine: machine(),
         threads: thread_bars(&extras.threads),
         ..Page::of(extras.gallery.as_ref(), names)
     })
@@ -204,7 +220,8 @@ pub fn evaluate_page(report: &EvaluateReport, gallery: &Gallery) -> Result<Strin
         header: header("file"),
         warnings: lines(&report.warnings),
         notes: report.complaints(),
-        charts: charts(&charted),
+        charts: imperfect(&charted),
+        perfect: perfect(&charted),
         ..Page::of(Some(gallery), names)
     })
 }
@@ -213,6 +230,17 @@ pub fn evaluate_page(report: &EvaluateReport, gallery: &Gallery) -> Result<Strin
 /// press all others to the axis.
 fn charted_metrics(candidate: &CandidateReport) -> Option<&Metrics> {
     candidate.metrics.as_ref().filter(|_| candidate.warning.is_none())
+}
+
+/// The charts that show anything.
+fn imperfect(measured: &[Measured<'_>]) -> Vec<Chart> {
+    charts(measured).into_iter().filter(|chart| !chart.is_perfect()).collect()
+}
+
+/// The names of the figures in which all are perfect: their charts would be empty.
+fn perfect(measured: &[Measured<'_>]) -> Vec<&'static str> {
+    let all = charts(measured).into_iter().filter(Chart::is_perfect);
+    all.map(|chart| chart.title).collect()
 }
 
 fn render(page: &Page<'_>) -> Result<String> {
@@ -231,6 +259,7 @@ impl<'a> Page<'a> {
         let views = scenes.first().map_or(0, |scene| scene.renders.len());
         let view = |view: usize| View {
             number: view + 1,
+            direction: gallery.map_or(String::new(), |gallery| gallery.direction(view)),
             renders: scenes.iter().map(|scene| &scene.renders[view]).collect(),
             differences: scenes.iter().filter_map(|scene| scene.differences.get(view)).collect(),
         };
@@ -243,9 +272,13 @@ impl<'a> Page<'a> {
             viewer: String::new(),
             header: header(""),
             rows: Vec::new(),
+            verdicts: Vec::new(),
+            options: &[],
+            meshes: Vec::new(),
             warnings: Vec::new(),
             notes: Vec::new(),
             charts: Vec::new(),
+            perfect: Vec::new(),
             columns: columns.collect(),
             views: (0..views).map(view).collect(),
             legend: legend(),
@@ -254,6 +287,7 @@ impl<'a> Page<'a> {
             level_textures: &[],
             timings: Vec::new(),
             peak_memory: None,
+            machine: Vec::new(),
             threads: Vec::new(),
         }
     }
@@ -261,15 +295,6 @@ impl<'a> Page<'a> {
 
 fn lines(warnings: &Warnings) -> Vec<String> {
     warnings.iter().map(ToString::to_string).collect()
-}
-
-fn counted(count: usize, what: &str) -> String {
-    let plural = match (count, what) {
-        (1, _) => "",
-        (_, "mesh") => "es",
-        _ => "s",
-    };
-    format!("{} {what}{plural}", grouped(count))
 }
 
 /// The colors of the heat map at its corners, with what they mean.
@@ -301,7 +326,7 @@ fn atlas_block(atlas: &AtlasPicture) -> AtlasBlock<'_> {
     if atlas.remaining > 0 {
         detail += &format!(", {} could not be", grouped(atlas.remaining));
     }
-    let mips = atlas.reads.iter().map(|mip| {
+    let mips = atlas.reads.iter().take(MOST_MIPS).map(|mip| {
         [
             format!("{} × {}", mip.width, mip.height),
             grouped(mip.read),
@@ -324,39 +349,6 @@ fn atlas_notes(atlases: &AtlasPictures) -> Vec<String> {
         .map(|(image, why)| format!("Image {image} was left alone: {why}."));
     let more = (atlases.more > 0).then(|| format!("{} more were repaired.", atlases.more));
     more.into_iter().chain(alone).collect()
-}
-
-fn timing_bars(seconds: &Seconds) -> Vec<Bar> {
-    let stages = [
-        ("read", seconds.read),
-        ("weld", seconds.weld),
-        ("simplify", seconds.simplify),
-        ("polish", seconds.polish),
-        ("repair", seconds.repair),
-        ("transfer", seconds.transfer),
-        ("evaluate", seconds.evaluate),
-        ("write", seconds.write),
-        ("report", seconds.report),
-    ];
-    let longest = stages.iter().map(|(_, time)| *time).fold(f64::MIN_POSITIVE, f64::max);
-    let bar = |(name, time): (&str, f64)| Bar {
-        name: name.to_owned(),
-        percent: 100.0 * time / longest,
-        text: format!("{time:.2} s"),
-    };
-    stages.into_iter().filter(|(_, time)| *time > 0.0).map(bar).collect()
-}
-
-fn thread_bars(times: &[ThreadTime]) -> Vec<Bar> {
-    let Some(one) = times.first().map(|time| time.seconds) else { return Vec::new() };
-    let speed_up = |time: &ThreadTime| one / time.seconds.max(f64::MIN_POSITIVE);
-    let most = times.iter().map(speed_up).fold(f64::MIN_POSITIVE, f64::max);
-    let bar = |time: &ThreadTime| Bar {
-        name: counted(time.threads, "thread"),
-        percent: 100.0 * speed_up(time) / most,
-        text: format!("{:.2} ×, {:.2} s", speed_up(time), time.seconds),
-    };
-    times.iter().map(bar).collect()
 }
 
 #[cfg(test)]
@@ -407,7 +399,7 @@ mod tests {
     #[test]
     fn text_from_files_is_escaped() {
         let page = page_of(&[("<script>.glb", None)]);
-        assert!(!page.contains("<script") && !page.contains("<b>"));
+        assert!(!page.contains("<script>.glb") && !page.contains("<b>"));
         assert!(page.contains("&#60;script&#62;.glb") && page.contains("&lt;script&gt;.glb: 6"));
     }
 
@@ -420,13 +412,11 @@ mod tests {
     }
 
     #[test]
-    fn bars_are_shares_of_the_longest() {
-        let bars = timing_bars(&Seconds { read: 1.0, simplify: 4.0, ..Seconds::default() });
-        let bars: Vec<_> = bars.iter().map(|bar| (bar.name.as_str(), bar.percent)).collect();
-        assert_eq!(bars, [("read", 25.0), ("simplify", 100.0)]);
-        let times = [(1, 4.0), (2, 2.0)].map(|(threads, seconds)| ThreadTime { threads, seconds });
-        let bars = thread_bars(&times);
-        assert_eq!((bars[0].percent, bars[1].text.as_str()), (50.0, "2.00 ×, 2.00 s"));
-        assert_eq!((bars[0].name.as_str(), bars[1].name.as_str()), ("1 thread", "2 threads"));
+    fn a_figure_without_difference_is_a_word_and_no_chart() {
+        let metrics = Metrics { distance_rms: 0.1, ssim: 1.0, ..Metrics::default() };
+        let measured = [("a".to_owned(), 9, &metrics, 0)];
+        assert!(perfect(&measured).contains(&"Similarity"));
+        let drawn: Vec<&str> = imperfect(&measured).iter().map(|chart| chart.title).collect();
+        assert!(drawn.contains(&"RMS distance") && !drawn.contains(&"Similarity"));
     }
 }

@@ -4,6 +4,7 @@ use seamwise_attr::Mesh;
 use serde::Serialize;
 
 use super::columns::{Column, count, fit};
+use super::ticks::grouped;
 use crate::document::asset::Asset;
 use crate::level::lods::Lods;
 use crate::surface::geometry::Geometry;
@@ -83,6 +84,26 @@ pub(super) fn mesh_table(meshes: &[MeshReport], width: usize) -> String {
         text += &format!("and {} smaller meshes\n", meshes.len() - MOST_ROWS);
     }
     text
+}
+
+/// The meshes as rows of a table on the page, a header first: nothing if there are none, those with the
+/// most triangles if they are many.
+pub(super) fn mesh_rows(meshes: &[MeshReport]) -> Vec<Vec<String>> {
+    let Some(first) = meshes.first() else { return Vec::new() };
+    let levels = (1..=first.levels.len()).map(|level| format!("level {level}"));
+    let mut rows = vec![
+        ["mesh".to_owned(), "source".to_owned()].into_iter().chain(levels).collect::<Vec<_>>(),
+    ];
+    let mut shown: Vec<&MeshReport> = meshes.iter().collect();
+    shown.sort_by_key(|mesh| std::cmp::Reverse(mesh.triangles));
+    shown.truncate(MOST_ROWS);
+    shown.sort_by_key(|mesh| mesh.mesh);
+    rows.extend(shown.iter().map(|mesh| {
+        let name = mesh.name.clone().unwrap_or_else(|| mesh.mesh.to_string());
+        let counts = std::iter::once(mesh.triangles).chain(mesh.levels.iter().copied());
+        std::iter::once(name).chain(counts.map(grouped)).collect()
+    }));
+    rows
 }
 
 #[cfg(test)]

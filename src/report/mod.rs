@@ -2,6 +2,7 @@
 
 mod chart;
 mod columns;
+mod cost;
 mod csv;
 mod farthest;
 mod figures;
@@ -11,10 +12,12 @@ pub(crate) mod level_textures;
 mod meshes;
 pub mod pictures;
 pub mod repair;
+mod scale;
 mod summary;
 mod table;
 pub(crate) mod threads;
 mod ticks;
+pub(crate) mod verdict;
 pub mod viewer;
 
 use glam::DVec3;

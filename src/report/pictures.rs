@@ -107,6 +107,12 @@ impl Gallery {
         Ok(Self { rig, origin: reference.origin, mode, reference: images, scenes })
     }
 
+    /// The direction from the middle to the camera of a view, as three numbers.
+    pub(super) fn direction(&self, view: usize) -> String {
+        let [x, y, z] = (-self.rig.cameras[view].forward).to_array();
+        format!("{x:.5} {y:.5} {z:.5}")
+    }
+
     /// Draws a candidate beside it.
     ///
     /// # Errors
@@ -250,7 +256,8 @@ fn hatch(picture: &mut RgbImage, validity: &Validity) {
             .map(|row| columns.clone().filter(|x| !flags[row * validity.width() + x]).count())
             .sum();
         let share = invalid as f32 / texels as f32;
-        let (color, most) = if (x + y) % 8 < 2 { (LINE, 1.0) } else { (DIM, 0.7) };
+        // What lies there stays to be seen between the lines.
+        let (color, most) = if (x + y) % 8 < 2 { (LINE, 1.0) } else { (DIM, 0.3) };
         for (sample, color) in pixel.0.iter_mut().zip(color) {
             let own = f32::from(*sample);
             *sample = (own + (color - own) * most * share).round() as u8;
