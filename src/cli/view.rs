@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::ReadingArgs;
+use super::reading::ReadingArgs;
 
 /// `seamwise view`.
 #[derive(Debug, Args)]

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use seamwise_attr::Surface;
 use serde_json::{Value, json};
 
-use super::Exhibit;
+use super::exhibit::Exhibit;
 use crate::document::asset::Asset;
 use crate::document::nodes::mesh_worlds;
 use crate::document::primitive::Primitive;

@@ -11,6 +11,7 @@
 //! beyond the bound of `MOST_GEOMETRY`, the source among them. Either is said in the page.
 
 mod distances;
+mod exhibit;
 mod images;
 mod model;
 
@@ -19,10 +20,10 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
 
-use crate::document::asset::Asset;
 use crate::error::{Error, Result};
 use crate::limit::MemoryLimit;
 use distances::{SourceDistances, source_distances};
+pub use exhibit::Exhibit;
 use images::ImagePool;
 use model::plain_glb;
 
@@ -64,18 +65,6 @@ const MARKUP: &str = include_str!("viewer.html");
 
 /// Most bytes of geometry in a page: a browser takes some times as much memory.
 const MOST_GEOMETRY: usize = 48 << 20;
-
-/// A model to be shown.
-#[derive(Clone, Copy, Debug)]
-pub struct Exhibit<'a> {
-    /// Its file.
-    pub file: &'a str,
-    /// The model.
-    pub asset: &'a Asset,
-    /// The largest size at which it may be shown, in pixels that the diagonal of the source's bounding
-    /// box spans, if that was measured; where it is not given, what the file itself says counts.
-    pub largest_size: Option<f64>,
-}
 
 /// A source and its levels, ready to be put into a page.
 #[derive(Debug)]
@@ -203,14 +192,6 @@ impl Viewer {
             fragment: self.to_html()?,
         };
         page.render().map_err(Error::internal)
-    }
-}
-
-impl Exhibit<'_> {
-    /// What is known of the size it may be shown at, as the certificate in a file says it.
-    fn certificate(&self) -> Option<Value> {
-        let size = self.largest_size?;
-        Some(json!({"largest_size_pixels": size.is_finite().then_some(size)}))
     }
 }
 
