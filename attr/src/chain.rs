@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::error::{Error, Result};
+use crate::facing::Facing;
 use crate::id::{PointId, WedgeId};
 use crate::item::MAX_TRIANGLES;
 use crate::mesh::Mesh;
@@ -172,6 +173,7 @@ pub fn polish_chain(
     let range = color_range(mesh);
     // Sampling the source takes longest of all that a polish starts with.
     let source = LazyCell::new(|| Source::new(mesh));
+    let facing = Facing::of(mesh);
     for level in levels {
         if level.mesh.triangles.len() < mesh.triangles.len() {
             let locked = options.locked_of(&level.point_sources);
@@ -179,6 +181,8 @@ pub fn polish_chain(
                 locked: &locked,
                 rotation_cosine: options.settings.rotation_cosine(),
                 keep_volume: options.settings.keep_volume,
+                facing: &facing,
+                point_sources: &level.point_sources,
                 max_move: options
                     .settings
                     .max_deviation

@@ -30,6 +30,7 @@ mod collapse;
 mod edges;
 mod equal_volume;
 mod error;
+mod facing;
 mod id;
 mod importance;
 mod item;

@@ -42,6 +42,8 @@ pub(crate) struct Metric {
     pub(crate) quadrics: Vec<f64>,
     /// Border and seam planes, one sum per point.
     pub(crate) constraints: Vec<PointQuadric>,
+    /// One per point: its shell, by the directions that it faces. Empty if none faces any.
+    pub(crate) shells: Vec<u32>,
 }
 
 impl Metric {
@@ -56,6 +58,10 @@ impl Metric {
             rows: mesh.attributes.iter().map(|&x| f64::from(x)).collect(),
             quadrics: vec![0.0; mesh.wedge_points.len() * quadric::stride(attributes)],
             constraints: vec![PointQuadric::default(); mesh.positions.len()],
+            shells: match space.facing.is_empty() {
+                true => Vec::new(),
+                false => sources.iter().map(|&source| space.facing.shell(source)).collect(),
+            },
         };
         metric.scale_rows(mesh);
         let points: Vec<[PointId; 3]> =
@@ -88,6 +94,7 @@ impl Metric {
             rows: Vec::with_capacity(wedges * attributes),
             quadrics: Vec::with_capacity(wedges * quadric::stride(attributes)),
             constraints: Vec::with_capacity(points),
+            shells: Vec::new(),
         }
     }
 
@@ -95,6 +102,7 @@ impl Metric {
     pub(crate) fn truncate(&mut self, points: usize, wedges: usize) {
         self.positions.truncate(points);
         self.constraints.truncate(points);
+        self.shells.truncate(points);
         self.rows.truncate(wedges * self.attributes);
         self.quadrics.truncate(wedges * quadric::stride(self.attributes));
     }
@@ -103,6 +111,7 @@ impl Metric {
     pub(crate) fn push_point(&mut self, from: &Self, point: PointId) {
         self.positions.push(from.positions[point]);
         self.constraints.push(from.constraints[point]);
+        self.shells.extend(from.shells.get(point.index()));
     }
 
     /// Adds a wedge of another metric of the same space.
@@ -183,6 +192,12 @@ impl Metric {
             own != other && (others.map(|(_, square)| square).sum::<f64>() > most || is_unseen())
         };
         faces.groups[a.1] != faces.groups[b.1] || a.0.into_iter().any(jumps)
+    }
+
+    /// Whether a triangle at a point turns its back on a direction that its shell faces.
+    pub(crate) fn turns_back(&self, point: PointId, before: [DVec3; 3], after: [DVec3; 3]) -> bool {
+        let shell = self.shells.get(point.index());
+        shell.is_some_and(|&shell| self.space.facing.turns_back(shell, before, after))
     }
 
     /// A wedge's row.

@@ -9,6 +9,7 @@
 use glam::{DVec3, Vec3};
 use rustc_hash::FxHashMap;
 
+use crate::facing::Facing;
 use crate::id::PointId;
 use crate::mesh::{Layout, Mesh};
 use crate::options::Options;
@@ -43,6 +44,8 @@ pub(crate) struct Space {
     importance: Vec<f32>,
     /// Per point of the mesh: its color, sRGB in 0…1. Empty if none are given.
     colors: Vec<[f32; 3]>,
+    /// The directions that shells of the mesh face, and go on to face.
+    pub(crate) facing: Facing,
     /// Per point of the mesh: whether the user locked it. Empty if none is.
     locked: Vec<bool>,
 }
@@ -72,6 +75,7 @@ impl Space {
             placement: options.settings.placement,
             importance: options.importance.to_vec(),
             colors: options.colors.to_vec(),
+            facing: Facing::of(mesh),
             locked: options.locked.to_vec(),
         }
     }

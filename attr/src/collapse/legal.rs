@@ -6,6 +6,7 @@
 //! | pinches the surface (Dey et al., "Topology preserving edge contraction", 1999) | `breaks_link` |
 //! | lays a triangle on another | `doubles_triangle` |
 //! | rotates a triangle by more than the options allow | [`turns`] |
+//! | turns a triangle's back on a direction that its shell faces | `turns_back` |
 //! | makes a sliver of a triangle, with next to nothing of its quality left | [`is_worse_sliver`] |
 //! | changes the sign of a triangle's area in a UV set | [`folds`] |
 //!
@@ -167,7 +168,9 @@ impl Plan {
             let before = topology.points(triangle).map(|point| metric.positions[point]);
             let mut after = before;
             after[corner.slot()] = position;
-            if turns(before, after, metric.space.rotation_cosine) || is_worse_sliver(before, after)
+            if turns(before, after, metric.space.rotation_cosine)
+                || is_worse_sliver(before, after)
+                || metric.turns_back(self.points[0], before, after)
             {
                 return false;
             }

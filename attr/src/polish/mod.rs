@@ -14,7 +14,8 @@
 //!
 //! Samples far beyond the mean distance have lost their counterpart and take no part.
 //!
-//! Guaranteed: no triangle turns by more than the options allow, gets thinner than the descent allows
+//! Guaranteed: no triangle turns by more than the options allow or its back on a direction that its
+//! shell faces, gets thinner than the descent allows
 //! or changes the sign of its UV area; points of borders and of edges with more than two triangles
 //! stay, and so do locked ones; the same bits at any thread count. Not guaranteed: that each single
 //! distance falls.
@@ -31,6 +32,8 @@ mod volume;
 use std::sync::Arc;
 
 use crate::error::{Error, Result};
+use crate::facing::Facing;
+use crate::id::PointId;
 use crate::mesh::Mesh;
 use pairs::Pairs;
 pub(crate) use pairs::Source;
@@ -90,6 +93,10 @@ pub(crate) struct Guards<'a> {
     pub(crate) rotation_cosine: f64,
     /// Whether the volume stays what it is.
     pub(crate) keep_volume: bool,
+    /// The directions that shells of the source face.
+    pub(crate) facing: &'a Facing,
+    /// One per point: the point of the source that it stands for.
+    pub(crate) point_sources: &'a [PointId],
     /// The largest distance that a point may move from where it was, in the units of the mesh.
     pub(crate) max_move: f64,
 }

@@ -10,6 +10,7 @@ use super::system::{Element, Graph, Symmetric, System};
 use super::volume::restore;
 use crate::buckets::Buckets;
 use crate::edges::{EdgeKind, visit_edges};
+use crate::facing::Facing;
 use crate::mesh::Mesh;
 use crate::shape::{is_worse_sliver, turns};
 
@@ -17,8 +18,11 @@ const ITERATIONS: usize = 30;
 const TOLERANCE: f64 = 1e-3;
 
 /// A level as it was before the polish, and what stays through all rounds.
-pub(super) struct Descended {
+pub(super) struct Descended<'a> {
     positions: Vec<Vec3>,
+    facing: &'a Facing,
+    /// One per triangle: its shell, by the directions that it faces.
+    shells: Vec<u32>,
     graph: Graph,
     /// Per point: whether it may move.
     free: Vec<bool>,
@@ -27,11 +31,15 @@ pub(super) struct Descended {
     max_move: f64,
 }
 
-impl Descended {
-    pub(super) fn new(level: &Mesh, guards: &Guards<'_>) -> Self {
+impl<'a> Descended<'a> {
+    pub(super) fn new(level: &Mesh, guards: &Guards<'a>) -> Self {
         let triangles = (0..level.triangles.len()).map(|t| level.triangle_points(t).map(|p| p.0));
         Self {
             positions: level.positions.clone(),
+            facing: guards.facing,
+            shells: (0..level.triangles.len())
+                .map(|t| guards.facing.shell(guards.point_sources[level.triangle_points(t)[0]]))
+                .collect(),
             graph: Graph::new(triangles.collect(), level.positions.len()),
             free: free_points(level, guards.locked),
             rotation_cosine: guards.rotation_cosine,
@@ -46,7 +54,7 @@ pub(super) fn fit(
     source: &Sheet<'_>,
     level: &Sheet<'_>,
     pairs: &Pairs,
-    descended: &Descended,
+    descended: &Descended<'_>,
     damping: f64,
 ) -> Vec<Vec3> {
     let mesh = level.mesh;
@@ -123,7 +131,7 @@ fn free_points(mesh: &Mesh, locked: &[bool]) -> Vec<bool> {
 
 /// `moved` without the points that would come too far from where the descent left them; those stay where
 /// the last round left them.
-fn keep_near(level: &Mesh, descended: &Descended, mut moved: Vec<Vec3>) -> Vec<Vec3> {
+fn keep_near(level: &Mesh, descended: &Descended<'_>, mut moved: Vec<Vec3>) -> Vec<Vec3> {
     for (point, p) in moved.iter_mut().enumerate() {
         if f64::from(p.distance(descended.positions[point])) > descended.max_move {
             *p = level.positions[point];
@@ -132,9 +140,9 @@ fn keep_near(level: &Mesh, descended: &Descended, mut moved: Vec<Vec3>) -> Vec<V
     moved
 }
 
-/// `moved` without the points of every triangle that would turn or become a sliver, as seen from
+/// `moved` without the points of every triangle that would turn, its back too, or become a sliver, as seen from
 /// where the descent left it; those stay where the last round left them.
-fn keep_shape(level: &Mesh, descended: &Descended, mut moved: Vec<Vec3>) -> Vec<Vec3> {
+fn keep_shape(level: &Mesh, descended: &Descended<'_>, mut moved: Vec<Vec3>) -> Vec<Vec3> {
     loop {
         let is_bad = |&triangle: &usize| {
             let points = level.triangle_points(triangle);
@@ -142,7 +150,11 @@ fn keep_shape(level: &Mesh, descended: &Descended, mut moved: Vec<Vec3>) -> Vec<
             let (first, before, after) =
                 (at(&descended.positions), at(&level.positions), at(&moved));
             let turns = |before, after| turns(before, after, descended.rotation_cosine);
-            before != after && (turns(first, after) || is_worse_sliver(first, after))
+            let shell = descended.shells[triangle];
+            before != after
+                && (turns(first, after)
+                    || is_worse_sliver(first, after)
+                    || descended.facing.turns_back(shell, first, after))
         };
         let bad: Vec<usize> = (0..level.triangles.len()).into_par_iter().filter(is_bad).collect();
         if bad.is_empty() {
