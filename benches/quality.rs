@@ -102,6 +102,7 @@ impl Arguments {
             uv: self.uv,
             normal: self.normal,
             color: self.color,
+            motion: Weights::default().motion,
             border: self.border,
             seam: self.seam,
         };

@@ -14,6 +14,12 @@ use crate::space::Space;
 /// seam.
 const SEAM_JUMP: f64 = 0.05;
 
+/// From so many times fewer triangles on, where points move to counts in proportion more, up to a factor. At
+/// first what is lost at rest is all that is seen; a level of a few triangles is for moving things far
+/// away, where nothing is seen at rest any more.
+const MOTION_ONSET: f64 = 2.0;
+const MAX_MOTION_FACTOR: f64 = 2.8;
+
 /// Triangles to be measured, in arrays of one entry each.
 pub(crate) struct Faces<'a> {
     pub(crate) wedges: &'a [[WedgeId; 3]],
@@ -34,8 +40,10 @@ pub(crate) struct Metric {
     pub(crate) space: Arc<Space>,
     /// One per point.
     pub(crate) positions: Vec<DVec3>,
-    /// Floats in a wedge's row.
+    /// Floats in a wedge's row: those of the layout, then where its point moves to.
     pub(crate) attributes: usize,
+    /// The factor of what tells where points move to, beside that of the space.
+    motion_factor: f64,
     /// A row per wedge.
     pub(crate) rows: Vec<f64>,
     /// A packed quadric per wedge.
@@ -50,12 +58,13 @@ impl Metric {
     /// Measures a mesh, or a piece of the one that `space` was made for, whose points are `sources`
     /// there. Its layout must not hold more than [`MAX_ATTRIBUTES`](quadric::MAX_ATTRIBUTES) floats.
     pub(crate) fn new(mesh: &Mesh, space: &Arc<Space>, sources: &[PointId]) -> Self {
-        let attributes = mesh.layout.len();
+        let attributes = mesh.layout.len() + space.motion_width;
         let mut metric = Self {
             space: Arc::clone(space),
             positions: mesh.positions.iter().map(|&p| space.place(p)).collect(),
             attributes,
-            rows: mesh.attributes.iter().map(|&x| f64::from(x)).collect(),
+            motion_factor: 1.0,
+            rows: rows(mesh, space, sources),
             quadrics: vec![0.0; mesh.wedge_points.len() * quadric::stride(attributes)],
             constraints: vec![PointQuadric::default(); mesh.positions.len()],
             shells: match space.facing.is_empty() {
@@ -77,8 +86,20 @@ impl Metric {
         self.constraints.fill(PointQuadric::default());
         let importance: Vec<f64> =
             sources.iter().map(|&point| self.space.importance(point)).collect();
-        self.add_triangles(faces, &importance);
+        self.add_triangles(faces, sources, &importance);
         self.add_outlines(faces, &importance);
+    }
+
+    /// Counts where points move to for more, once the surface has so many times fewer triangles than its
+    /// source. To be followed by a sum.
+    pub(crate) fn weigh_motion(&mut self, fewer: f64) {
+        let width = self.space.motion_width;
+        let factor = (fewer / MOTION_ONSET).clamp(1.0, MAX_MOTION_FACTOR);
+        let by = factor / std::mem::replace(&mut self.motion_factor, factor);
+        if width > 0 {
+            let rows = self.rows.chunks_exact_mut(self.attributes);
+            rows.flat_map(|row| &mut row[self.attributes - width..]).for_each(|x| *x *= by);
+        }
     }
 
     /// An empty metric with room for so many points and wedges of `attributes` floats.
@@ -91,6 +112,7 @@ impl Metric {
             space: Arc::clone(space),
             positions: Vec::with_capacity(points),
             attributes,
+            motion_factor: 1.0,
             rows: Vec::with_capacity(wedges * attributes),
             quadrics: Vec::with_capacity(wedges * quadric::stride(attributes)),
             constraints: Vec::with_capacity(points),
@@ -125,7 +147,7 @@ impl Metric {
         let mut done = vec![false; mesh.wedge_points.len()];
         for (wedges, group) in mesh.triangles.iter().zip(&mesh.groups) {
             for wedge in wedges.iter().filter(|w| !std::mem::replace(&mut done[**w], true)) {
-                let scales = *space.scales(*group);
+                let scales = &space.scales(*group)[..mesh.layout.len()];
                 for (x, scale) in self.row_mut(*wedge).iter_mut().zip(scales) {
                     *x *= scale;
                 }
@@ -133,7 +155,9 @@ impl Metric {
         }
     }
 
-    fn add_triangles(&mut self, faces: &Faces<'_>, importance: &[f64]) {
+    fn add_triangles(&mut self, faces: &Faces<'_>, sources: &[PointId], importance: &[f64]) {
+        let space = Arc::clone(&self.space);
+        let seen = self.attributes - space.motion_width;
         let stride = quadric::stride(self.attributes);
         let mut own = vec![0.0; stride];
         for (&wedges, points) in faces.wedges.iter().zip(faces.points) {
@@ -141,7 +165,13 @@ impl Metric {
             let cross = (p[1] - p[0]).cross(p[2] - p[0]);
             let normal = cross.normalize_or_zero();
             let (slopes, rows) = (Slopes::new(p), wedges.map(|wedge| self.row(wedge)));
-            let gradients = (0..self.attributes).map(|at| slopes.gradient(rows.map(|row| row[at])));
+            let gradients = (0..self.attributes).map(|at| {
+                let own = slopes.gradient(rows.map(|row| row[at]));
+                let Some(entry) = at.checked_sub(seen) else { return own };
+                let turns = points.map(|point| space.turn(sources[point.index()], entry));
+                let turn = self.motion_factor * turns.iter().sum::<f64>() / 3.0;
+                own.rising(normal * turn, p[0])
+            });
             quadric::set_triangle(&mut own, (p[0], normal), gradients, cross.length() / 6.0);
             for (wedge, point) in wedges.into_iter().zip(points) {
                 let factor = importance[point.index()];
@@ -186,7 +216,8 @@ impl Metric {
             let (own, other) = (faces.wedge(a.1, point), faces.wedge(b.1, point));
             let squares = self.row(own).iter().zip(self.row(other)).map(|(x, y)| (x - y).powi(2));
             let normal = layout.normal()..layout.color();
-            let others = squares.enumerate().filter(|(at, _)| !normal.contains(at));
+            let squares = squares.take(layout.len()).enumerate();
+            let others = squares.filter(|(at, _)| !normal.contains(at));
             // Wedges of one group whose rows are equal are two for their ids alone.
             let is_unseen = || self.row(own) == self.row(other);
             own != other && (others.map(|(_, square)| square).sum::<f64>() > most || is_unseen())
@@ -233,9 +264,23 @@ impl Metric {
 
     /// A wedge's row back in the units of the mesh, appended to `out`.
     pub(crate) fn unscaled_row(&self, wedge: WedgeId, group: u32, out: &mut Vec<f32>) {
-        let scales = *self.space.scales(group);
+        let scales = &self.space.scales(group)[..self.space.layout.len()];
         out.extend(self.row(wedge).iter().zip(scales).map(|(x, scale)| (x / scale) as f32));
     }
+}
+
+/// A row per wedge: its attributes, and where its point moves to.
+fn rows(mesh: &Mesh, space: &Space, sources: &[PointId]) -> Vec<f64> {
+    if space.motion_width == 0 {
+        return mesh.attributes.iter().map(|&x| f64::from(x)).collect();
+    }
+    let len = mesh.layout.len() + space.motion_width;
+    let mut rows = Vec::with_capacity(mesh.wedge_points.len() * len);
+    for (wedge, &point) in mesh.wedge_points.iter().enumerate() {
+        rows.extend(mesh.row(WedgeId::new(wedge)).iter().map(|&x| f64::from(x)));
+        rows.extend_from_slice(space.motion(sources[point.index()]));
+    }
+    rows
 }
 
 #[cfg(test)]

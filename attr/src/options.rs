@@ -3,6 +3,7 @@
 use crate::error::{Error, Result};
 use crate::id::PointId;
 use crate::mesh::Mesh;
+use crate::motion::Motion;
 use crate::settings::{Placement, Settings};
 
 /// Options of a simplification.
@@ -20,6 +21,9 @@ pub struct Options<'a> {
     /// One per point, or empty if all are free: a locked point keeps its position and the
     /// attributes of its wedges to the bit, and no edge at it collapses.
     pub locked: &'a [bool],
+    /// The ways in which the surface moves, if it does: places that move unlike their surroundings are
+    /// kept, however flat they are at rest.
+    pub motion: Option<&'a Motion>,
 }
 
 impl From<Settings> for Options<'_> {
@@ -52,6 +56,7 @@ impl Options<'_> {
             (self.locked.len(), "locks"),
             (self.importance.len(), "importances"),
             (self.colors.len(), "colors"),
+            (self.motion.map_or(0, Motion::points), "motions"),
         ];
         for (count, what) in lists {
             if count != 0 && count != points {

@@ -146,6 +146,11 @@ impl Gradient {
     pub fn new(p: [DVec3; 3], s: [f64; 3]) -> Self {
         Slopes::new(p).gradient(s)
     }
+
+    /// The same function in the plane through `point`, that also changes by `slope` off it.
+    pub(crate) fn rising(self, slope: DVec3, point: DVec3) -> Self {
+        Self { g: self.g + slope, d: self.d - slope.dot(point) }
+    }
 }
 
 /// The packed quadric of a triangle.

@@ -50,6 +50,8 @@ pub struct Weights {
     pub normal: f64,
     /// Weight of colors in 0…1, in shares of the mesh's extent.
     pub color: f64,
+    /// Weight of where points move to, in lengths.
+    pub motion: f64,
     /// Weight of the planes that hold borders.
     pub border: f64,
     /// Weight of the planes that hold seams and material boundaries.
@@ -58,7 +60,7 @@ pub struct Weights {
 
 impl Default for Weights {
     fn default() -> Self {
-        Self { uv: 0.5, normal: 0.005, color: 0.02, border: 4.0, seam: 1.0 }
+        Self { uv: 0.5, normal: 0.005, color: 0.02, motion: 1.0, border: 4.0, seam: 1.0 }
     }
 }
 
@@ -162,7 +164,10 @@ impl Settings {
     pub fn check(&self) -> Result<()> {
         let refuse = |what: &str| Err(Error::Options { what: what.into() });
         let w = self.weights;
-        if [w.uv, w.normal, w.color, w.border, w.seam].iter().any(|w| !w.is_finite() || *w < 0.0) {
+        if [w.uv, w.normal, w.color, w.motion, w.border, w.seam]
+            .iter()
+            .any(|w| !w.is_finite() || *w < 0.0)
+        {
             return refuse("weights must be finite and not negative");
         }
         if self.max_error.is_some_and(|error| error.is_nan() || error < 0.0) {

@@ -44,6 +44,10 @@ pub(crate) struct Space {
     importance: Vec<f32>,
     /// Per point of the mesh: its color, sRGB in 0…1. Empty if none are given.
     colors: Vec<[f32; 3]>,
+    /// Per point of the mesh: where it moves to, so many entries each; and what a length along the normal
+    /// there moves by beside it. Empty if nothing moves.
+    motion: [Vec<f64>; 2],
+    pub(crate) motion_width: usize,
     /// The directions that shells of the mesh face, and go on to face.
     pub(crate) facing: Facing,
     /// Per point of the mesh: whether the user locked it. Empty if none is.
@@ -61,6 +65,7 @@ impl Space {
     pub(crate) fn of(mesh: &Mesh, options: &Options<'_>) -> Self {
         let ((center, unit), weights) = (frame(mesh), options.settings.weights);
         let scales = scales(mesh, weights, unit);
+        let motion = options.motion.filter(|_| weights.motion > 0.0);
         Self {
             unit,
             center,
@@ -75,6 +80,14 @@ impl Space {
             placement: options.settings.placement,
             importance: options.importance.to_vec(),
             colors: options.colors.to_vec(),
+            motion: motion.map_or([Vec::new(), Vec::new()], |motion| {
+                let [rows, normals] = motion.rows();
+                let scaled = |rows: &[f32], scale: f64| {
+                    rows.iter().map(|&x| f64::from(x) * scale).collect::<Vec<_>>()
+                };
+                [scaled(rows, weights.motion / unit), scaled(normals, weights.motion)]
+            }),
+            motion_width: motion.map_or(0, |motion| motion.width),
             facing: Facing::of(mesh),
             locked: options.locked.to_vec(),
         }
@@ -94,6 +107,17 @@ impl Space {
     /// The factor of the costs around a point of the mesh.
     pub(crate) fn importance(&self, source: PointId) -> f64 {
         self.importance.get(source.index()).map_or(1.0, |&x| f64::from(x).clamp(RANGE.0, RANGE.1))
+    }
+
+    /// The entries of a row that tell where a point of the mesh moves to.
+    pub(crate) fn motion(&self, source: PointId) -> &[f64] {
+        &self.motion[0][source.index() * self.motion_width..][..self.motion_width]
+    }
+
+    /// By how much more than the point itself, in each of those entries, a length along the normal there
+    /// moves.
+    pub(crate) fn turn(&self, source: PointId, entry: usize) -> f64 {
+        self.motion[1][source.index() * self.motion_width + entry]
     }
 
     /// The colors of points that stand for `sources`; empty if none are given.

@@ -38,18 +38,43 @@ pub fn read(asset: &Asset, index: usize, at: &str) -> Result<Elements> {
         return Err(Error::invalid(at, format!("there is no accessor {index}")));
     }
     let at = format!("/accessors/{index}");
-    let (json, component, components) = parse(asset, &at)?;
+    let parsed = parse(asset, &at)?;
+    elements(asset, &at, parsed)
+}
+
+/// The 4 × 4 matrices of the accessor at `index`, column after column; `at` is the place that refers to
+/// it.
+///
+/// # Errors
+/// [`Error::Invalid`] if it is missing or malformed, or holds something else.
+pub(crate) fn matrices(asset: &Asset, index: usize, at: &str) -> Result<Vec<[f32; 16]>> {
+    let place = format!("/accessors/{index}");
+    let json: Json = asset.parse(&place)?;
+    let (Checked::Valid(component), Checked::Valid(Type::Mat4)) = (json.component_type, json.type_)
+    else {
+        return Err(Error::invalid(at, format!("accessor {index} holds no 4 × 4 matrices")));
+    };
+    let read = elements(asset, &place, (json, component.0, 16))?;
+    Ok(read.floats().as_chunks().0.to_vec())
+}
+
+/// The elements of an accessor as parsed.
+fn elements(
+    asset: &Asset,
+    at: &str,
+    (json, component, components): (Json, ComponentType, usize),
+) -> Result<Elements> {
     let size = component.size() * components;
     let count = usize::try_from(json.count.0).unwrap_or(usize::MAX);
     let mut bytes = match json.buffer_view {
         Some(view) => {
             let offset = json.byte_offset.unwrap_or_default().0;
-            tight(asset, &at, view.value(), Run { offset, count, size })?
+            tight(asset, at, view.value(), Run { offset, count, size })?
         }
-        None => vec![0; zeros(asset, &at, count, size)?],
+        None => vec![0; zeros(asset, at, count, size)?],
     };
     if let Some(sparse) = &json.sparse {
-        replace_sparse(asset, &at, sparse, &mut bytes, size)?;
+        replace_sparse(asset, at, sparse, &mut bytes, size)?;
     }
     Ok(Elements { bytes, component, components, normalized: json.normalized })
 }

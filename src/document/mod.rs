@@ -10,6 +10,7 @@ pub(crate) mod instances;
 pub(crate) mod known_extensions;
 pub(crate) mod material;
 pub(crate) mod nodes;
+pub(crate) mod poses;
 pub mod primitive;
 pub(crate) mod prune;
 mod quantization;

@@ -67,7 +67,8 @@ fn references(asset: &Asset, at: &str) -> Result<Vec<usize>> {
         .collect()
 }
 
-fn local_transform(asset: &Asset, at: &str) -> Result<DMat4> {
+/// The transform of a node in its parent.
+pub(crate) fn local_transform(asset: &Asset, at: &str) -> Result<DMat4> {
     let node: json::Node = asset.parse(at)?;
     if let Some(matrix) = node.matrix {
         return Ok(Mat4::from_cols_array(&matrix).as_dmat4());

@@ -57,6 +57,7 @@ impl Descent<'_> {
             points: &live.iter().map(|&t| topology.points(t)).collect::<Vec<_>>(),
             groups: &live.iter().map(|&t| self.groups[t]).collect::<Vec<_>>(),
         };
+        self.metric.weigh_motion(self.source.triangles.len() as f64 / live.len().max(1) as f64);
         self.metric.sum(&faces, &self.point_sources);
         self.bounds.fill(0.0);
         self.aside.fill(false);

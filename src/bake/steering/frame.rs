@@ -54,6 +54,11 @@ impl ShownFrame {
         worlds.iter().map(|world| *world * DMat4::from_mat3(self.back)).collect()
     }
 
+    /// A difference of places as it is in this frame.
+    pub(super) fn shift(&self, by: Vec3) -> Vec3 {
+        (self.scale * by.as_dvec3()).as_vec3()
+    }
+
     /// A mesh as it is in this frame.
     pub(crate) fn show(&self, mesh: &Mesh) -> Mesh {
         let mut shown = mesh.clone();

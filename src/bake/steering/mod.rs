@@ -5,11 +5,12 @@ mod borders;
 mod colors;
 mod frame;
 mod importance;
+mod motion;
 mod scene_box;
 mod values;
 
 use glam::DMat4;
-use seamwise_attr::{Cost, MAX_DEVIATION, Options, Placement, Settings, Weights};
+use seamwise_attr::{Cost, MAX_DEVIATION, Motion, Options, Placement, Settings, Weights};
 
 use crate::document::asset::Asset;
 use crate::document::nodes::{largest_stretch, mesh_worlds, stretches};
@@ -22,6 +23,7 @@ use colors::Colors;
 use frame::ShownFrame;
 pub use importance::Importance;
 use importance::Map;
+use motion::motion;
 use scene_box::SceneBox;
 use values::{check_attribute, material, point_values, points_of};
 
@@ -80,6 +82,7 @@ pub(crate) struct MeshSteering {
     locked: Vec<bool>,
     importance: Vec<f32>,
     colors: Vec<[f32; 3]>,
+    motion: Option<Motion>,
 }
 
 impl Default for Steering {
@@ -140,16 +143,21 @@ impl Steering {
             let frame = ShownFrame::of(worlds);
             let in_frame = frame.map_or_else(|| worlds.to_vec(), |frame| frame.worlds(worlds));
             let (stretch, stretches) = (largest_stretch(&in_frame), stretches(&in_frame));
+            let locked = self.locks(geometry, &materials, worlds, &scene)?;
             Ok(MeshSteering {
                 frame,
                 stretches,
                 settings: self.settings(stretch, scene.diagonal()),
-                locked: self.locks(geometry, &materials, worlds, &scene)?,
                 importance: self.importance.of_points(geometry, map.as_ref(), worlds)?,
                 colors: match self.max_deviation {
                     Some(_) => colors.of_points(geometry)?,
                     None => Vec::new(),
                 },
+                motion: match self.order {
+                    Order::Quadric => motion(asset, geometry, frame.as_ref())?,
+                    Order::Geometry | Order::EdgeLength => None,
+                },
+                locked,
             })
         };
         geometries.iter().map(steer).collect()
@@ -218,6 +226,7 @@ impl MeshSteering {
             importance: &self.importance,
             colors: &self.colors,
             locked: &self.locked,
+            motion: self.motion.as_ref(),
         }
     }
 
