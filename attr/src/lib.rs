@@ -79,6 +79,7 @@ pub use motion::{Motion, Pose};
 pub use options::Options;
 pub use origin::{Origin, find_origins};
 pub use polish::Polish;
+pub use polish::influences::{Influences, fit_influences};
 pub use quadric::{Gradient, PointQuadric};
 pub use sample::{Sample, sample_surface};
 pub use sets::DisjointSets;

@@ -53,7 +53,7 @@ pub struct Origin {
 /// # Panics
 /// If a group has no kind, or the level was made from another mesh.
 pub fn find_origins(source: &Mesh, level: &Level, kinds: &[u32]) -> Vec<Origin> {
-    let finder = Finder::new(source, level, kinds);
+    let finder = OriginFinder::new(source, level, kinds);
     let wedges = (0..level.mesh.wedge_points.len()).map(WedgeId::new);
     let mut asked: Vec<(Key, WedgeId)> = wedges.clone().map(|w| (finder.key(w), w)).collect();
     asked.sort_unstable();
@@ -70,7 +70,8 @@ pub fn find_origins(source: &Mesh, level: &Level, kinds: &[u32]) -> Vec<Origin> 
 /// A point of a level and the kind of the groups that meet there: one foot each.
 type Key = (PointId, u32);
 
-struct Finder<'a> {
+/// Finds places on the source.
+pub(crate) struct OriginFinder<'a> {
     source: &'a Mesh,
     level: &'a Level,
     kinds: &'a [u32],
@@ -84,7 +85,7 @@ struct Finder<'a> {
 
 /// A flood's state, kept for the next.
 #[derive(Default)]
-struct Search {
+pub(crate) struct Search {
     kind: u32,
     seen: FxHashSet<u32>,
     /// The triangles to look at and those that were.
@@ -99,8 +100,8 @@ fn square_to_edge(p: DVec3, ends: [Vec3; 2]) -> f64 {
     to.distance_squared(edge * along)
 }
 
-impl<'a> Finder<'a> {
-    fn new(source: &'a Mesh, level: &'a Level, kinds: &'a [u32]) -> Self {
+impl<'a> OriginFinder<'a> {
+    pub(crate) fn new(source: &'a Mesh, level: &'a Level, kinds: &'a [u32]) -> Self {
         let points = source.positions.len();
         let mut groups = vec![0; source.wedge_points.len()];
         for (wedges, &group) in source.triangles.iter().zip(&source.groups) {
@@ -129,15 +130,29 @@ impl<'a> Finder<'a> {
         // Where shells were joined, a point may stand for one of another kind.
         [self.level.point_sources[point], self.source.wedge_points[own]]
             .into_iter()
-            .find_map(|start| self.flood(point, start, search))
+            .find_map(|start| {
+                self.flood(self.level.mesh.positions[point].as_dvec3(), start, search)
+            })
             .unwrap_or(Origin { wedges: [own; 3], barycentrics: DVec3::X })
     }
 
-    /// The place nearest to a point of the level that is connected with `start` within the ball through
+    /// The foot of a place near a wedge of the level, connected with what that stands for.
+    pub(crate) fn foot_of_place(
+        &self,
+        place: DVec3,
+        wedge: WedgeId,
+        search: &mut Search,
+    ) -> Origin {
+        let (point, kind) = self.key(wedge);
+        search.kind = kind;
+        let foot = self.flood(place, self.level.point_sources[point], search);
+        foot.unwrap_or_else(|| self.foot(wedge, search))
+    }
+
+    /// The place nearest to `p` that is connected with `start` within the ball through
     /// it, over triangles of one kind. None if there are none at `start`.
-    fn flood(&self, point: PointId, start: PointId, search: &mut Search) -> Option<Origin> {
+    fn flood(&self, p: DVec3, start: PointId, search: &mut Search) -> Option<Origin> {
         let source = self.source;
-        let p = self.level.mesh.positions[point].as_dvec3();
         let reach = p.distance_squared(source.positions[start].as_dvec3());
         search.seen.clear();
         search.queue.clear();

@@ -14,7 +14,7 @@
 
 use glam::DVec3;
 use rustc_hash::FxHashMap;
-use seamwise_attr::{Level, Origin, WedgeId, find_origins};
+use seamwise_attr::{Influences, Level, Origin, WedgeId, find_origins, fit_influences};
 
 use super::skin::Sets;
 use crate::document::accessor::{Elements, Named};
@@ -28,6 +28,8 @@ pub(crate) struct SourceSampler<'a> {
     pub(crate) rounds: bool,
     /// One per wedge of the level; none at all if nothing moves.
     origins: Vec<Origin>,
+    /// One per point of the level: its fitted weights of joints, if they are.
+    fitted: Vec<Influences>,
 }
 
 /// The place on the source of one vertex of a level.
@@ -36,6 +38,8 @@ pub(crate) struct VertexSource<'a> {
     own: usize,
     /// The source vertices that it is blended of, the largest share first.
     corners: Vec<Corner<'a>>,
+    /// The weights of joints that were fitted instead, if any.
+    fitted: Influences,
 }
 
 /// A source vertex and its share.
@@ -50,12 +54,17 @@ struct Corner<'a> {
 impl<'a> SourceSampler<'a> {
     pub(crate) fn new(geometry: &'a Geometry, level: &'a Level, rounds: bool) -> Self {
         let moves = |part: &Part| !part.targets.is_empty() || !motion(part).is_empty();
+        let kinds = kinds(&geometry.parts);
         let origins = if geometry.parts.iter().any(moves) {
-            find_origins(&geometry.welded.mesh, level, &kinds(&geometry.parts))
+            find_origins(&geometry.welded.mesh, level, &kinds)
         } else {
             Vec::new()
         };
-        Self { geometry, level, rounds, origins }
+        let fitted = match influences(geometry) {
+            Some(all) => fit_influences(&geometry.welded.mesh, level, &kinds, &origins, &all),
+            None => Vec::new(),
+        };
+        Self { geometry, level, rounds, origins, fitted }
     }
 
     /// The sources of wedges of the level, all of one part.
@@ -63,7 +72,9 @@ impl<'a> SourceSampler<'a> {
         let of = |&wedge: &WedgeId| {
             let own = self.geometry.welded.wedge_vertices[self.level.wedge_sources[wedge].index()];
             let origin = self.origins.get(wedge.index());
+            let point = self.level.mesh.wedge_points[wedge].index();
             VertexSource {
+                fitted: self.fitted.get(point).cloned().unwrap_or_default(),
                 own: (own - part.first) as usize,
                 corners: origin.map_or(Vec::new(), |origin| self.corners(origin)),
             }
@@ -87,6 +98,29 @@ impl<'a> SourceSampler<'a> {
         corners.sort_by(|a, b| b.share.total_cmp(&a.share));
         corners
     }
+}
+
+/// One per wedge of a surface: the joints that it follows. `None` if some part has no joints that can be
+/// blended.
+fn influences(geometry: &Geometry) -> Option<Vec<Influences>> {
+    let parts: Vec<(Vec<&Named>, Sets)> = geometry
+        .parts
+        .iter()
+        .map(|part| {
+            let attributes = motion(part);
+            let sets = Sets::find(&attributes)?;
+            Some((attributes, sets))
+        })
+        .collect::<Option<_>>()?;
+    let own = |&vertex: &u32| {
+        let part = geometry.parts.partition_point(|part| part.first <= vertex) - 1;
+        let (attributes, sets) = &parts[part];
+        let all = sets.influences(attributes, (vertex - geometry.parts[part].first) as usize);
+        let all: Influences = all.into_iter().filter(|&(_, w)| w > 0.0 && w.is_finite()).collect();
+        let whole: f64 = all.iter().map(|&(_, weight)| weight).sum();
+        all.into_iter().map(|(joint, weight)| (joint, weight / whole)).collect()
+    };
+    Some(geometry.welded.wedge_vertices.iter().map(own).collect())
 }
 
 /// One per part: parts whose vertices move by the same attributes, stored alike, have one number.
@@ -172,7 +206,10 @@ pub(crate) fn skin(part: &Part, vertex_sources: &[VertexSource<'_>]) -> Vec<Name
         let Some((first, rest)) = corners.split_first() else { continue };
         let mut row = bytes(first);
         let is_blend = rest.iter().any(|next| bytes(next) != row);
-        let blended = sets.as_ref().filter(|_| is_blend).and_then(|sets| sets.blend(&corners));
+        let blended = sets.as_ref().filter(|_| is_blend).and_then(|sets| {
+            let fitted = || sets.encode(source.fitted.clone(), first.0);
+            (!source.fitted.is_empty()).then(fitted).flatten().or_else(|| sets.blend(&corners))
+        });
         for (place, bytes) in blended.into_iter().flatten() {
             row[place] = bytes;
         }

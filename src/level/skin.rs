@@ -39,6 +39,17 @@ impl Sets {
         (are_joints && are_weights && are_alike).then_some(Self { places })
     }
 
+    /// The influences on a vertex of the given attributes.
+    pub(crate) fn influences(&self, attributes: &[&Named], vertex: usize) -> Vec<(u32, f64)> {
+        let mut all = Vec::new();
+        for set in &self.places {
+            let [joints, weights] = set.map(|place| attributes[place].1.row(vertex));
+            let weights = weights.into_iter().map(f64::from);
+            all.extend(joints.into_iter().map(|joint| joint as u32).zip(weights));
+        }
+        all
+    }
+
     /// Blends the influences of vertices, each given as the attributes it is in, its number and its
     /// share: places among the attributes, with the bytes of one element for each. None if there is
     /// no weight to speak of.
@@ -46,16 +57,22 @@ impl Sets {
         &self,
         corners: &[(&[&Named], usize, f64)],
     ) -> Option<Vec<(usize, Vec<u8>)>> {
-        let mut all = Vec::new();
-        for &(attributes, vertex, share) in corners {
-            for set in &self.places {
-                let [joints, weights] = set.map(|place| attributes[place].1.row(vertex));
-                let weights = weights.into_iter().map(|weight| f64::from(weight) * share);
-                all.extend(joints.into_iter().map(|joint| joint as u32).zip(weights));
-            }
-        }
+        let own = |&(attributes, vertex, share): &(&[&Named], usize, f64)| {
+            let own = self.influences(attributes, vertex).into_iter();
+            own.map(move |(joint, weight)| (joint, weight * share))
+        };
+        let all = corners.iter().flat_map(own).collect();
+        self.encode(all, corners.first()?.0)
+    }
+
+    /// The influences on a vertex of the given attributes, the strongest of them brought to a sum of 1, as
+    /// [`Self::blend`] gives them.
+    pub(crate) fn encode(
+        &self,
+        all: Vec<(u32, f64)>,
+        attributes: &[&Named],
+    ) -> Option<Vec<(usize, Vec<u8>)>> {
         let kept = strongest(all, A_SET * self.places.len())?;
-        let (attributes, ..) = *corners.first()?;
         let weights = round(&kept, &attributes[self.places[0][1]].1);
         let mut rows = vec![(0.0, 0.0); A_SET * self.places.len()];
         for (row, ((joint, _), weight)) in rows.iter_mut().zip(kept.into_iter().zip(weights)) {

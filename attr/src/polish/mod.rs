@@ -21,6 +21,7 @@
 //! distance falls.
 
 mod attributes;
+pub(crate) mod influences;
 mod pairs;
 mod positions;
 mod sheet;
