@@ -25,6 +25,7 @@
 
 mod buckets;
 mod bvh;
+mod cards;
 mod chain;
 mod collapse;
 mod edges;
@@ -69,6 +70,7 @@ mod vertices;
 mod weld;
 mod working_mesh;
 
+pub use cards::grow_cards;
 pub use chain::{Level, polish_chain, simplify_chain};
 pub use edges::{Census, border_edges};
 pub use error::{Error, Result};

@@ -21,6 +21,10 @@ pub struct Options<'a> {
     /// One per point, or empty if all are free: a locked point keeps its position and the
     /// attributes of its wedges to the bit, and no edge at it collapses.
     pub locked: &'a [bool],
+    /// One per point, or empty if none is: whether it is of a card, a small open shell of a crowd. Cards go
+    /// whole, in no order, and without regard to the limits on deviation: see
+    /// [`grow_cards`](crate::grow_cards).
+    pub cards: &'a [bool],
     /// The ways in which the surface moves, if it does: places that move unlike their surroundings are
     /// kept, however flat they are at rest.
     pub motion: Option<&'a Motion>,
@@ -56,6 +60,7 @@ impl Options<'_> {
             (self.locked.len(), "locks"),
             (self.importance.len(), "importances"),
             (self.colors.len(), "colors"),
+            (self.cards.len(), "marks of cards"),
             (self.motion.map_or(0, Motion::points), "motions"),
         ];
         for (count, what) in lists {

@@ -50,6 +50,8 @@ pub(crate) struct Space {
     pub(crate) motion_width: usize,
     /// The directions that shells of the mesh face, and go on to face.
     pub(crate) facing: Facing,
+    /// Per point of the mesh: whether it is of a card. Empty if none is.
+    cards: Vec<bool>,
     /// Per point of the mesh: whether the user locked it. Empty if none is.
     locked: Vec<bool>,
 }
@@ -89,6 +91,7 @@ impl Space {
             }),
             motion_width: motion.map_or(0, |motion| motion.width),
             facing: Facing::of(mesh),
+            cards: options.cards.to_vec(),
             locked: options.locked.to_vec(),
         }
     }
@@ -102,6 +105,11 @@ impl Space {
         for (locked, &source) in locked.iter_mut().zip(sources) {
             *locked |= self.locked[source];
         }
+    }
+
+    /// Whether a point of the mesh is of a card.
+    pub(crate) fn is_card(&self, source: PointId) -> bool {
+        self.cards.get(source.index()) == Some(&true)
     }
 
     /// The factor of the costs around a point of the mesh.

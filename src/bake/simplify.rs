@@ -5,7 +5,9 @@ use std::borrow::Cow;
 use std::sync::atomic::AtomicUsize;
 
 use rayon::prelude::*;
-use seamwise_attr::{Level, Mesh, Polish, Shared, polish_chain, simplify_chain, simplify_together};
+use seamwise_attr::{
+    Level, Mesh, Polish, Shared, grow_cards, polish_chain, simplify_chain, simplify_together,
+};
 
 use super::options::{BakeOptions, BudgetPer};
 use super::steering::MeshSteering;
@@ -117,6 +119,20 @@ pub(crate) fn polish_all(
             },
         )
     })
+}
+
+/// Lets the cards of levels take the area of those that are gone.
+pub(crate) fn grow_all(
+    geometries: &[Geometry],
+    chains: &mut [Vec<Level>],
+    steering: &[MeshSteering],
+) {
+    geometries.par_iter().zip(chains).zip(steering).for_each(|((own, levels), steering)| {
+        let cards = steering.options().cards;
+        if !cards.is_empty() {
+            levels.iter_mut().for_each(|level| grow_cards(&own.welded.mesh, level, cards));
+        }
+    });
 }
 
 /// Among others, a mesh of its own budget keeps as many triangles as a box: fewer would be shards.

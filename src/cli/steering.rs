@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 
-use seamwise::bake::steering::{BorderLock, Importance, Order, Steering};
+use seamwise::bake::steering::{BorderLock, GrowCards, Importance, Order, Steering};
 use seamwise::error::Result;
 use seamwise_attr::{Eye, Placement, View};
 
@@ -44,6 +44,10 @@ pub(super) struct SteeringArgs {
     /// coordinates first.
     #[arg(long, value_name = "all|sides|X,Y,Z,X,Y,Z", num_args = 0..=1, require_equals = true, default_missing_value = "all", value_parser = parse_border_lock)]
     lock_border: Option<BorderLock>,
+    /// Let small open parts, as the leaves of a tree, go whole and those that stay grow in their place, so that the
+    /// area of each neighborhood stays: auto does so for materials that are cut out by alpha.
+    #[arg(long, value_enum, default_value_t = GrowCardsName::Auto, value_name = "WHICH")]
+    grow_cards: GrowCardsName,
     /// Leave all points of this material as they are; may be given more than once.
     #[arg(long, value_name = "NAME")]
     lock_material: Vec<String>,
@@ -95,6 +99,11 @@ impl SteeringArgs {
             keep_volume: self.keep_volume,
             keep_area: self.keep_area,
             lock_border: self.lock_border,
+            grow_cards: match self.grow_cards {
+                GrowCardsName::Auto => GrowCards::Masked,
+                GrowCardsName::On => GrowCards::All,
+                GrowCardsName::Off => GrowCards::None,
+            },
             lock_materials: self.lock_material.clone(),
             lock_attribute: self.lock_attribute.clone(),
             importance: Importance {
@@ -150,6 +159,17 @@ fn parse_border_lock(text: &str) -> std::result::Result<BorderLock, String> {
             Ok(BorderLock::Box { low, high })
         }
     }
+}
+
+/// `--grow-cards`.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum GrowCardsName {
+    /// Those of materials that are cut out by alpha.
+    Auto,
+    /// All.
+    On,
+    /// None.
+    Off,
 }
 
 /// Reads `0,1.5,-2`.

@@ -237,6 +237,10 @@ impl<'a> Descent<'a> {
         if self.must_wait(item, lower_bound, queue_slack) {
             return Ok(0);
         }
+        if self.is_plain_card(points[0]) {
+            self.reject(lower_bound, item, points[0]);
+            return Ok(0);
+        }
         self.plan.set(&self.topology, &self.metric, &points);
         if self.plan.is_void() { Ok(0) } else { self.merge(item, lower_bound, points, queue_slack) }
     }

@@ -18,6 +18,17 @@ const MAX_SHELL_TRIANGLES: usize = 16;
 /// vertex colors: more keeps lamps and costs the rest (benches/METRIC.md, where a descent stops).
 const CONTRAST_WEIGHT: f64 = 10.0;
 
+/// Triangles of a card that can't be simpler.
+const PLAIN_CARD: usize = 2;
+/// Cards cost up to so many times more or less than they are worth, by chance: they are to go all over the
+/// crowd, not the smallest first where those are all on one side.
+const CHANCE: f64 = 4.0;
+
+/// A factor of a card, between 1 and [`CHANCE`], by one of its points (a multiplicative hash: Knuth).
+fn chance(point: PointId) -> f64 {
+    CHANCE.powf(f64::from(point.0.wrapping_mul(2_654_435_769)) / f64::from(u32::MAX))
+}
+
 /// The removal of a shell, in the units of the metric.
 struct End {
     area: f64,
@@ -36,11 +47,11 @@ impl Descent<'_> {
         if shell.iter().any(|&t| self.topology.points(t).iter().any(|&p| self.is_locked(p))) {
             return Ok(0);
         }
-        if self.guard.as_ref().is_some_and(|guard| guard.needs(point)) {
+        if !self.is_card(point) && self.guard.as_ref().is_some_and(|guard| guard.needs(point)) {
             self.is_held_back = true;
             return Ok(0);
         }
-        let end = self.end_of(&shell);
+        let (end, is_card) = (self.end_of(&shell), self.is_card(point));
         if self.queue.has_cheaper(queue_slack * end.cost) {
             self.queue.push(end.cost, Item::Shell(point).pack());
             return Ok(0);
@@ -49,7 +60,7 @@ impl Descent<'_> {
         let Self { guard, topology, metric, .. } = self;
         let lets =
             |guard: &mut DeviationGuard| guard.allows_removal(&points, end.area, topology, metric);
-        if !guard.as_mut().is_none_or(lets) {
+        if !is_card && !guard.as_mut().is_none_or(lets) {
             self.is_held_back = true;
             self.rejected.push((end.cost, Item::Shell(point)));
             return Ok(0);
@@ -77,6 +88,18 @@ impl Descent<'_> {
         }
     }
 
+    /// Whether a point is of a card, which others grow for.
+    pub(super) fn is_card(&self, point: PointId) -> bool {
+        self.metric.space.is_card(self.point_sources[point])
+    }
+
+    /// Whether an edge is of a card that is as simple as one can be: it goes whole or not at all.
+    pub(super) fn is_plain_card(&mut self, point: PointId) -> bool {
+        self.is_card(point)
+            && small_shell(&self.topology, point, &mut self.counts)
+                .is_some_and(|shell| shell.len() <= PLAIN_CARD)
+    }
+
     /// The cost of removing a shell: its area off by its radius, and by its contrast to what lies
     /// behind. A lamp is small, and missed.
     fn end_of(&mut self, shell: &[TriangleId]) -> End {
@@ -88,7 +111,10 @@ impl Descent<'_> {
         let importance = points.iter().map(importance).fold(0.0, f64::max);
         let contrast = CONTRAST_WEIGHT * space.weights.color * contrast;
         let cost = match space.cost {
-            Cost::Quadric => importance * area * (radius * radius + contrast * contrast),
+            Cost::Quadric => {
+                let chance = if self.is_card(points[0]) { chance(points[0]) } else { 1.0 };
+                chance * importance * area * (radius * radius + contrast * contrast)
+            }
             Cost::EdgeLength => 4.0 * radius * radius,
         };
         End { area, radius, cost }

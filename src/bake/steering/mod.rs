@@ -2,6 +2,7 @@
 //! points of each mesh.
 
 mod borders;
+mod cards;
 mod colors;
 mod frame;
 mod importance;
@@ -19,6 +20,7 @@ use crate::limit::MemoryLimit;
 use crate::surface::geometry::Geometry;
 pub use borders::BorderLock;
 use borders::lock_borders;
+pub use cards::GrowCards;
 use colors::Colors;
 use frame::ShownFrame;
 pub use importance::Importance;
@@ -61,6 +63,8 @@ pub struct Steering {
     pub keep_area: bool,
     /// The open borders that stay as they are, if any: neighbors that are baked apart meet there.
     pub lock_border: Option<BorderLock>,
+    /// The surfaces whose small open shells, leaves say, grow as others go.
+    pub grow_cards: GrowCards,
     /// Materials by name: the points of their triangles stay as they are, in descent and polish.
     pub lock_materials: Vec<String>,
     /// A vertex attribute of one component: points where it is above 0.5 stay as they are.
@@ -82,6 +86,7 @@ pub(crate) struct MeshSteering {
     locked: Vec<bool>,
     importance: Vec<f32>,
     colors: Vec<[f32; 3]>,
+    cards: Vec<bool>,
     motion: Option<Motion>,
 }
 
@@ -97,6 +102,7 @@ impl Default for Steering {
             keep_volume: false,
             keep_area: false,
             lock_border: None,
+            grow_cards: GrowCards::default(),
             lock_materials: Vec::new(),
             lock_attribute: None,
             importance: Importance::default(),
@@ -152,6 +158,11 @@ impl Steering {
                 colors: match self.max_deviation {
                     Some(_) => colors.of_points(geometry)?,
                     None => Vec::new(),
+                },
+                cards: match self.placement {
+                    // Vertices that are the source's can't grow.
+                    Placement::Ends => Vec::new(),
+                    _ => self.grow_cards.of_points(asset, geometry, &locked),
                 },
                 motion: match self.order {
                     Order::Quadric => motion(asset, geometry, frame.as_ref())?,
@@ -226,6 +237,7 @@ impl MeshSteering {
             importance: &self.importance,
             colors: &self.colors,
             locked: &self.locked,
+            cards: &self.cards,
             motion: self.motion.as_ref(),
         }
     }
