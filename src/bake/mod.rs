@@ -49,7 +49,7 @@ use digest::digest;
 pub use input::Input;
 use options::{BakeOptions, Textures};
 use report::{input_report, level_reports};
-use simplify::{grow_all, polish_all, simplify_all};
+use simplify::{polish_all, settle_all, simplify_all};
 use unsimplified::{Surfaces, warn_of_whole_levels};
 use view::view_all;
 use words::option_words;
@@ -176,7 +176,8 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
         let run = || polish_all(&geometries, &mut chains, &steering, polish, progress);
         clock.time("polish", |s| &mut s.polish, run)?;
     }
-    grow_all(&geometries, &mut chains, &steering);
+    let settle = || settle_all(&asset, &geometries, &mut chains, &steering);
+    clock.time("polish", |s| &mut s.polish, settle)?;
     let mut lods = Lods::from_chains(chains, options.targets.count())?;
     let repairs = clock.time("repair", |s| &mut s.repair, || repair_images(&asset, options))?;
     let images =

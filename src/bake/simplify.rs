@@ -4,13 +4,17 @@
 use std::borrow::Cow;
 use std::sync::atomic::AtomicUsize;
 
+use glam::DMat4;
 use rayon::prelude::*;
 use seamwise_attr::{
-    Level, Mesh, Polish, Shared, grow_cards, polish_chain, simplify_chain, simplify_together,
+    Layered, Level, Mesh, Placement, Polish, Shared, grow_cards, keep_fronts, polish_chain,
+    simplify_chain, simplify_together,
 };
 
 use super::options::{BakeOptions, BudgetPer};
 use super::steering::MeshSteering;
+use crate::document::asset::Asset;
+use crate::document::nodes::mesh_worlds;
 use crate::error::{Error, Result};
 use crate::progress::Progress;
 use crate::surface::geometry::Geometry;
@@ -121,18 +125,42 @@ pub(crate) fn polish_all(
     })
 }
 
-/// Lets the cards of levels take the area of those that are gone.
-pub(crate) fn grow_all(
+/// Finishes levels by what lies around each part: cards take the area of those that are gone, and what is close
+/// before another layer in the source is so again.
+///
+/// # Errors
+/// [`Error::Invalid`] if a node is malformed.
+pub(crate) fn settle_all(
+    asset: &Asset,
     geometries: &[Geometry],
     chains: &mut [Vec<Level>],
     steering: &[MeshSteering],
-) {
-    geometries.par_iter().zip(chains).zip(steering).for_each(|((own, levels), steering)| {
+) -> Result<()> {
+    geometries.par_iter().zip(&mut *chains).zip(steering).for_each(|((own, levels), steering)| {
         let cards = steering.options().cards;
         if !cards.is_empty() {
             levels.iter_mut().for_each(|level| grow_cards(&own.welded.mesh, level, cards));
         }
     });
+    let worlds = mesh_worlds(asset)?;
+    let (mut together, mut alone) = (Vec::new(), Vec::new());
+    for ((geometry, levels), steering) in geometries.iter().zip(chains).zip(steering) {
+        let options = steering.options();
+        if options.settings.placement == Placement::Ends || !options.cards.is_empty() {
+            continue;
+        }
+        let (source, locked) = (&geometry.welded.mesh, options.locked);
+        let worlds = worlds.get(&geometry.meshes[0]).map_or(&[][..], Vec::as_slice);
+        match worlds {
+            [world] if world.is_finite() && world.determinant() != 0.0 => {
+                together.push(Layered { source, levels, world: *world, locked });
+            }
+            _ => alone.push(Layered { source, levels, world: DMat4::IDENTITY, locked }),
+        }
+    }
+    keep_fronts(&mut together);
+    alone.par_iter_mut().for_each(|own| keep_fronts(std::slice::from_mut(own)));
+    Ok(())
 }
 
 /// Among others, a mesh of its own budget keeps as many triangles as a box: fewer would be shards.
