@@ -3,6 +3,7 @@
 
 pub(crate) mod baked;
 pub(crate) mod digest;
+mod fragments;
 pub mod goals;
 pub(crate) mod input;
 pub mod options;
@@ -46,6 +47,7 @@ use crate::surface::group::weld_all;
 use crate::transfer::{MaterialTextures, Origin, Plan, TransferOptions, transfer_all};
 pub use baked::{Baked, BakedFile};
 use digest::digest;
+use fragments::warn_of_fragments;
 pub use input::Input;
 use options::{BakeOptions, Textures};
 use report::{input_report, level_reports};
@@ -169,6 +171,7 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
         clock.time("weld", |s| &mut s.weld, || weld_all(&asset, options.reading.memory_limit))?;
     let mut warnings = asset.warnings.clone();
     let surfaces = Surfaces::check(&asset, &geometries, options, &mut warnings)?;
+    warn_of_fragments(&asset, &geometries, options, &mut warnings)?;
     let steering = options.steering.resolve(&asset, &geometries, options.reading.memory_limit)?;
     let simplify = || simplify_all(&geometries, &steering, options, progress);
     let mut chains = clock.time("simplify", |s| &mut s.simplify, simplify)?;
