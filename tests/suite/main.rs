@@ -17,6 +17,7 @@ mod joins;
 mod lightmaps;
 mod low_poly;
 mod merging;
+mod moves;
 mod nearly_right;
 mod output;
 mod outside;

@@ -251,6 +251,7 @@ pub(crate) fn chains(recipe: &Recipe) -> Option<(Mesh, [Vec<Level>; 2])> {
         colors: if wishes.seen { &colors } else { &[] },
         importance: if wishes.weighed { &importance } else { &[] },
         locked: if wishes.locked { &locked } else { &[] },
+        ..Options::default()
     };
     let levels = simplify_chain(&mesh, &targets, &options, &done).expect("levels");
     let mut polished = levels.clone();
