@@ -10,16 +10,10 @@
 //! guaranteed: that no level elsewhere holds it too, where a figure does not go one way with the
 //! triangles.
 
-use super::input::Input;
-use super::options::{BakeOptions, Targets, Textures};
 use crate::error::{Error, Result};
-use crate::evaluate;
-use crate::export::files::{Format, Layout};
-use crate::progress::Progress;
 use crate::report::LevelReport;
 pub use crate::report::goal::Measure;
 use crate::report::goal::Reached;
-use crate::transfer::Sizes;
 
 /// Levels of the first run, each of half the triangles of the one before.
 const OCTAVES: u32 = 10;
@@ -29,26 +23,26 @@ const BETWEEN: u32 = 5;
 const RUNS: usize = 4;
 /// Ratio of two counts of triangles that are one.
 const CLOSE: f64 = 1.004;
-/// Bytes that the certificate of an evaluated level takes in its file.
-const CERTIFICATE: usize = 1200;
+/// Times that the levels are tried together, as they will be baked, and moved until all hold.
+const CONFIRMATIONS: usize = 12;
 
 /// What the levels of a bake are to reach.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Goals {
-    measure: Measure,
+    pub(super) measure: Measure,
     /// One per level, from fine to coarse.
     bounds: Vec<f64>,
     /// The size at which levels are looked at.
-    pixels: u32,
+    pub(super) pixels: u32,
 }
 
 /// A level that was tried.
 #[derive(Clone, Copy, Debug)]
-struct Trial {
-    target: usize,
-    triangles: usize,
-    value: f64,
-    texture_bytes: usize,
+pub(super) struct Trial {
+    pub(super) target: usize,
+    pub(super) triangles: usize,
+    pub(super) value: f64,
+    pub(super) texture_bytes: usize,
 }
 
 impl Goals {
@@ -83,23 +77,7 @@ impl Goals {
         self.bounds.len()
     }
 
-    /// Options by which one run measures levels of so many triangles.
-    fn trial(&self, options: &BakeOptions, counts: Vec<usize>) -> BakeOptions {
-        let mut own = BakeOptions { targets: Targets::Triangles(counts), ..options.clone() };
-        (own.goals, own.report) = (None, None);
-        (own.output.layout, own.output.format) = (Layout::None, Format::Glb);
-        let look = evaluate::Options { screen_height: 0, ..evaluate::Options::default() };
-        own.evaluate = match self.measure {
-            Measure::Quality => {
-                Some(evaluate::Options { resolution: self.pixels as usize, samples: 1000, ..look })
-            }
-            Measure::PixelsOff => Some(evaluate::Options { views: 1, resolution: 16, ..look }),
-            Measure::Bytes | Measure::Vertices => None,
-        };
-        own
-    }
-
-    fn value(&self, level: &LevelReport, bytes: usize) -> f64 {
+    pub(super) fn value(&self, level: &LevelReport, bytes: usize) -> f64 {
         let metrics = level.metrics.unwrap_or_default();
         match self.measure {
             Measure::Quality => metrics.ssim_worst_view,
@@ -128,7 +106,10 @@ impl Goals {
 
     /// The triangles of each level, and what each then has, by trying. `run` bakes and gives reports on
     /// the levels, and the bytes of each; it is first given one level of all triangles.
-    fn search(&self, run: &mut dyn FnMut(Vec<usize>) -> Result<Vec<Trial>>) -> Result<Vec<Trial>> {
+    pub(super) fn search(
+        &self,
+        run: &mut dyn FnMut(Vec<usize>) -> Result<Vec<Trial>>,
+    ) -> Result<Vec<Trial>> {
         let total = run(vec![usize::MAX])?.first().map_or(1, |whole| whole.triangles).max(1);
         let octaves = (0..OCTAVES).map(|octave| (total >> octave).max(1));
         let mut tried = run(distinct(octaves.collect()))?;
@@ -148,7 +129,41 @@ impl Goals {
         }
         let of =
             |bound: &f64| self.bracket(&tried, *bound).0.ok_or_else(|| self.refuse(&tried, *bound));
-        self.bounds.iter().map(of).collect()
+        let found = self.bounds.iter().map(of).collect::<Result<_>>()?;
+        self.confirm(found, total, run)
+    }
+
+    /// Tries the levels together, since each level takes a little from the finer ones before it, and moves
+    /// those that fail towards what holds.
+    fn confirm(
+        &self,
+        mut found: Vec<Trial>,
+        total: usize,
+        run: &mut dyn FnMut(Vec<usize>) -> Result<Vec<Trial>>,
+    ) -> Result<Vec<Trial>> {
+        for round in 0..CONFIRMATIONS {
+            let counts: Vec<usize> = found.iter().map(|trial| trial.target).collect();
+            found = run(counts.clone())?;
+            let mut next = counts.clone();
+            for ((count, trial), bound) in next.iter_mut().zip(&found).zip(&self.bounds) {
+                let step = ((*count << round) / 400).min(*count / 8).max(1);
+                if !self.measure.holds(trial.value, *bound) {
+                    *count = match self.measure.wants_coarsest() {
+                        true => (*count + step).min(total),
+                        false => count.saturating_sub(step).max(1),
+                    };
+                }
+            }
+            if next == counts {
+                return Ok(found);
+            }
+            for (trial, count) in found.iter_mut().zip(next) {
+                trial.target = count;
+            }
+        }
+        let failing = |(trial, bound): &(&Trial, &f64)| !self.measure.holds(trial.value, **bound);
+        let bound = found.iter().zip(&self.bounds).find(failing).map_or(0.0, |(_, bound)| *bound);
+        Err(self.refuse(&found, bound))
     }
 
     /// The best trial that holds a bound, and the next one beyond it, which does not.
@@ -201,41 +216,6 @@ fn between(a: usize, b: usize) -> Vec<usize> {
         (low as f64 * ratio.powf(f64::from(step) / f64::from(BETWEEN + 1))).round() as usize
     };
     (1..=BETWEEN).map(at).filter(|count| (low + 1..high).contains(count)).collect()
-}
-
-/// The options by which the levels reach their goals, and what each has as measured on the way; those
-/// given, and nothing, if there are no goals.
-pub(super) fn resolve(
-    input: Input<'_>,
-    options: &BakeOptions,
-    progress: &Progress,
-) -> Result<(BakeOptions, Vec<f64>)> {
-    let Some(goals) = &options.goals else { return Ok((options.clone(), Vec::new())) };
-    if let Textures::Transfer(transfer) = options.textures
-        && transfer.sizes != Sizes::Needed
-    {
-        let what =
-            "goals go with textures as large as needed: leave out --texture-scale and --budget";
-        return Err(Error::Options { what: what.into() });
-    }
-    let margin = if options.evaluate.is_some() { CERTIFICATE } else { 0 };
-    let mut run = |counts: Vec<usize>| {
-        progress.check("goals")?;
-        let targets = counts.clone();
-        let own = goals.trial(options, counts);
-        let levels = super::bake_levels(input, &own, &progress.unseen())?;
-        let trial = |((level, target), (_, file)): ((&LevelReport, usize), &(String, Vec<u8>))| {
-            let value = goals.value(level, file.len() + margin);
-            let (triangles, texture_bytes) = (level.triangles, level.texture_bytes);
-            Trial { target: target.min(triangles), triangles, value, texture_bytes }
-        };
-        Ok(levels.report.levels.iter().zip(targets).zip(&levels.files).map(trial).collect())
-    };
-    let found = goals.search(&mut run)?;
-    let counts = found.iter().map(|trial| trial.target).collect();
-    let options =
-        BakeOptions { targets: Targets::Triangles(counts), goals: None, ..options.clone() };
-    Ok((options, found.iter().map(|trial| trial.value).collect()))
 }
 
 #[cfg(test)]

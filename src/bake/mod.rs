@@ -10,6 +10,7 @@ pub mod options;
 mod report;
 mod simplify;
 pub mod steering;
+mod trials;
 mod unsimplified;
 mod view;
 mod words;
@@ -52,6 +53,7 @@ pub use input::Input;
 use options::{BakeOptions, Textures};
 use report::{input_report, level_reports};
 use simplify::{polish_all, settle_all, simplify_all};
+use trials::Tried;
 use unsimplified::{Surfaces, warn_of_whole_levels};
 use view::view_all;
 use words::option_words;
@@ -121,7 +123,17 @@ pub fn bake_in_memory(
     let progress = &progress.limited(options.time_limit);
     // Before the input is read: if it changes in between, the hash is of what it no longer is.
     let digest = digest(input, options)?;
-    let (found, values) = goals::resolve(input, options, progress)?;
+    let bake = |own: &BakeOptions| {
+        let Levels { files, report, .. } = bake_levels(input, own, &progress.unseen())?;
+        let bytes = files.iter().map(|(_, file)| file.len());
+        Ok(report
+            .levels
+            .into_iter()
+            .zip(bytes)
+            .map(|(level, bytes)| Tried { level, bytes })
+            .collect())
+    };
+    let (found, values) = trials::resolve(options, progress, bake)?;
     let (goals, options) = (&options.goals, &found);
     let Levels { files, sources, mut report, mut extras } = bake_levels(input, options, progress)?;
     report.digest = digest;

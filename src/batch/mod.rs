@@ -181,6 +181,7 @@ fn run_job(job: &Job, options: &BakeOptions, resume: bool, progress: &Progress) 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::export::files::Layout;
 
     #[test]
     fn inputs_of_one_stem_are_named_apart_and_one_that_is_named_twice_is_not() {
@@ -191,7 +192,9 @@ mod tests {
         };
         let names = |own: &[&str]| -> Result<Vec<String>> {
             let mut jobs = jobs(own);
-            name_apart(&mut jobs, &BakeOptions::default())?;
+            let mut options = BakeOptions::default();
+            options.output.layout = Layout::MsftLod;
+            name_apart(&mut jobs, &options)?;
             Ok(jobs.into_iter().map(|job| job.name).collect())
         };
         assert_eq!(names(&["a.glb", "a.ply", "b.ply"]).unwrap(), ["a", "a.ply", "b"]);

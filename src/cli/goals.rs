@@ -3,7 +3,7 @@
 use clap::Args;
 
 use seamwise::bake::goals::{Goals, Measure};
-use seamwise::error::Result;
+use seamwise::error::{Error, Result};
 use seamwise::limit::MemoryLimit;
 
 /// Arguments for goals, of which one may be given, in the place of triangle counts.
@@ -50,7 +50,7 @@ impl GoalArgs {
         if given.next().is_some() {
             let what =
                 "levels have one goal: one of --quality, --max-bytes, --max-pixels-off, --vertices";
-            return Err(seamwise::Error::Options { what: what.into() });
+            return Err(Error::Options { what: what.into() });
         }
         goals.transpose()
     }

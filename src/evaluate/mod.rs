@@ -47,7 +47,7 @@ use looks::count_foldovers;
 use reference::ReferenceScene;
 use scene::{Mode, Scene};
 use seams::seam_bands;
-use switch::{KnownColors, SwitchSearch};
+use switch::{KnownColors, Sight, SwitchSearch};
 use views::{Seen, Views};
 use volume::{Measures, Soundness, check_soundness, measure};
 
@@ -186,6 +186,20 @@ impl<'a> Reference<'a> {
         &self.rig
     }
 
+    fn sight(&self) -> Sight<'_> {
+        let Options { pixel_tolerance, screen_height, .. } = self.options;
+        Sight {
+            scene: self.scene,
+            mode: self.mode,
+            rig: &self.rig,
+            views: &self.views,
+            colors: &self.colors,
+            diagonal: self.diagonal(),
+            pixel_tolerance,
+            screen_height,
+        }
+    }
+
     /// Compares a candidate.
     ///
     /// # Errors
@@ -214,7 +228,8 @@ impl<'a> Reference<'a> {
         let by_view = self.views.compare(&views, &self.seams);
         let seen = Seen::pool(&by_view);
         let difference = seen.difference;
-        let search = SwitchSearch { reference: self, candidate, views: &views, by_view: &by_view };
+        let reference = self.sight();
+        let search = SwitchSearch { reference, candidate, views: &views, by_view: &by_view };
         let at_switch = search.run(both.distance_p999);
         let gained = |now: usize, before: usize| now as i64 - before as i64;
         let metrics = Metrics {

@@ -161,16 +161,20 @@ mod tests {
         let again = cleaned(&asset);
         assert!(!again.textures.cleaned, "{:?}", again.textures);
         assert_eq!((again.textures.line(), again.textures.images.len()), (None, 0));
-        // The repaired one is what the filled one is.
+        // The repaired one is what the filled one is, but for what a JPEG loses.
         let options = Options { views: 2, resolution: 128, samples: 1000, ..Options::default() };
         let reference = Reference::new(&found.scene, options).unwrap();
-        assert_eq!(reference.compare(&again.scene).unwrap().rms_luminance, 0.0);
+        let bleeding = found.textures.bleeding_rms_luminance_srgb.unwrap();
+        let off = reference.compare(&again.scene).unwrap().rms_luminance_srgb;
+        assert!(off < 0.1 * bleeding, "{off} of {bleeding}");
     }
 
     #[test]
     fn texels_that_nothing_reads_do_not_count_as_bleeding() {
         let mut asset = sample();
         let repairs = repair_all(&asset, MemoryLimit::default()).unwrap();
+        asset.images =
+            crate::atlas::encode_repaired(&asset, &repairs, EncodeOptions::default()).unwrap();
         let repaired = repairs[0].result.as_ref().unwrap();
         let mut texels = repaired.texels.to_rgb8();
         let corner = (0, 0);

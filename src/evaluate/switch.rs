@@ -21,10 +21,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use super::Reference;
+use super::camera::Rig;
 use super::metrics::AtSwitch;
 use super::render::render;
-use super::scene::Scene;
+use super::scene::{Mode, Scene};
 use super::views::{Seen, Views};
 use super::visible::{Colors, VISIBLE};
 use crate::screen::largest_size;
@@ -63,9 +63,24 @@ struct At<'a> {
     view: usize,
 }
 
+/// A reference as the rig sees it.
+pub(super) struct Sight<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) mode: Mode,
+    pub(super) rig: &'a Rig,
+    pub(super) views: &'a Views,
+    pub(super) colors: &'a KnownColors,
+    /// Diagonal of its bounding box, in world units.
+    pub(super) diagonal: f64,
+    /// How many pixels a surface may be off.
+    pub(super) pixel_tolerance: f64,
+    /// Height of the screen in pixels, the largest size that is looked at; 0 to look at none.
+    pub(super) screen_height: u32,
+}
+
 /// The search for one candidate.
 pub(super) struct SwitchSearch<'a> {
-    pub(super) reference: &'a Reference<'a>,
+    pub(super) reference: Sight<'a>,
     pub(super) candidate: &'a Scene,
     /// The candidate as the rig sees it, and how that differs, view by view.
     pub(super) views: &'a Views,
@@ -76,9 +91,9 @@ impl SwitchSearch<'_> {
     /// The largest size, and how the candidate looks there. `off`: the 99.9th percentile of its
     /// distances, over the diagonal.
     pub(super) fn run(&self, off: f64) -> AtSwitch {
-        let most = largest_size(self.reference.options.pixel_tolerance, off);
+        let most = largest_size(self.reference.pixel_tolerance, off);
         let differs = self.by_view.iter().any(|seen| seen.difference.rms() > 0.0);
-        let top = f64::from(self.reference.options.screen_height);
+        let top = f64::from(self.reference.screen_height);
         if top <= 0.0 || (most == f64::INFINITY && !differs) {
             let all: Vec<usize> = (0..self.by_view.len()).collect();
             return self.by_rig(&all, most, 0.0);
@@ -159,13 +174,13 @@ impl SwitchSearch<'_> {
             let (visible, _) = self.look(&[at.view], size.min(at.top));
             return AtSwitch { resolution, ..self.by_rig(at.worst, size, visible) };
         }
-        let Reference { rig, scene, mode, .. } = self.reference;
+        let Sight { rig, scene, mode, .. } = self.reference;
         let mut rig = rig.at_resolution(resolution);
         if !self.is_small(resolution) {
             rig = rig.with_views(at.worst);
         }
         let [reference, candidate] =
-            [scene, self.candidate].map(|scene| Views::new(scene, &rig, *mode));
+            [scene, self.candidate].map(|scene| Views::new(scene, &rig, mode));
         let visible = reference.visible_difference(&candidate);
         let seen = Seen::pool(&reference.compare(&candidate, &[]));
         AtSwitch::new(size, resolution, &seen, visible)
@@ -198,27 +213,29 @@ impl SwitchSearch<'_> {
 
     /// The difference in a view of so many pixels.
     fn difference(&self, view: usize, resolution: usize) -> f64 {
-        let Reference { rig, mode, .. } = self.reference;
+        let Sight { rig, mode, .. } = self.reference;
         let colors = if resolution == rig.resolution {
             Colors::of(&self.views.images[view])
         } else {
-            Colors::of(&render(self.candidate, &rig.cameras[view], resolution, *mode))
+            Colors::of(&render(self.candidate, &rig.cameras[view], resolution, mode))
         };
         self.reference.colors_of(view, resolution).difference(&colors)
     }
 
     fn pixels(&self, resolution: usize) -> f64 {
-        let Reference { rig, .. } = self.reference;
-        rig.pixels(self.reference.diagonal()) * resolution as f64 / rig.resolution as f64
+        let Sight { rig, .. } = self.reference;
+        rig.pixels(self.reference.diagonal) * resolution as f64 / rig.resolution as f64
     }
 
     fn resolution(&self, pixels: f64) -> usize {
-        // What is not a number becomes 0.
-        ((pixels / self.pixels(1)).round() as usize).max(1)
+        // Of a scene without an extent this is no number; a frame is never much larger than the screen.
+        let most = self.reference.rig.resolution.max(2 * self.reference.screen_height as usize);
+        let share = pixels / self.pixels(1);
+        if share.is_finite() { (share.round() as usize).clamp(1, most) } else { 1 }
     }
 }
 
-impl Reference<'_> {
+impl Sight<'_> {
     /// Its colors in a view of so many pixels, kept for the next candidate.
     fn colors_of(&self, view: usize, resolution: usize) -> Arc<Colors> {
         let known = || self.colors.lock().unwrap_or_else(PoisonError::into_inner);
@@ -251,7 +268,7 @@ mod tests {
     use glam::{Vec3, Vec4};
 
     use super::super::scene::Material;
-    use super::super::{Metrics, Options};
+    use super::super::{Metrics, Options, Reference};
     use super::*;
 
     /// A white dome over the square −1…1, seen from both sides, of `n`² cells.

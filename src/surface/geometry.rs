@@ -134,7 +134,9 @@ impl Geometry {
     pub(crate) fn normal(&self, level: &Level, wedge: WedgeId) -> Vec3 {
         let (source, at) = (level.wedge_sources[wedge], level.mesh.layout.normal());
         let normal = &level.mesh.row(wedge)[at..at + 3];
-        let stays = *normal == self.welded.mesh.row(source)[at..at + 3];
+        // A level whose charts are laid out anew has another set of UVs before its normals.
+        let before = self.welded.mesh.layout.normal();
+        let stays = *normal == self.welded.mesh.row(source)[before..before + 3];
         let vertex = self.welded.wedge_vertices[source.index()];
         let part = self.part_of(vertex);
         let normal = Vec3::from_slice(normal);
