@@ -4,7 +4,7 @@
 //! A bake for each guess would do; but one descent gives any number of levels, so a few are baked at
 //! once, spread evenly over the octaves of triangle counts, and measured by what the goal needs and no
 //! more. The next ones lie between the two that hold the bound between them, until these are
-//! [`CLOSE`] or one collapse apart. The levels are then baked as if the counts had been asked for.
+//! `CLOSE` or one collapse apart. The levels are then baked as if the counts had been asked for.
 //!
 //! Guaranteed: each level holds its bound as measured, or the bake fails and says by how much. Not
 //! guaranteed: that no level elsewhere holds it too, where a figure does not go one way with the

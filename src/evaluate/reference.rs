@@ -4,10 +4,10 @@
 //! as it is, it pays for that. So where the fill of the source's atlases shows, the filled source is
 //! what levels are compared with, from any tool alike.
 //!
-//! Whether it shows is found by looking: [`PROBE_VIEWS`] views of [`PROBE_SIDE`] pixels, small enough
+//! Whether it shows is found by looking: `PROBE_VIEWS` views of `PROBE_SIDE` pixels, small enough
 //! for mip maps to reach beyond the charts, with and without the fill.
 //!
-//! Lab note for [`LEAST_SHOWN`], RMS sRGB luminance over covered pixels: a photogrammetry tile 0.0151,
+//! Lab note for `LEAST_SHOWN`, RMS sRGB luminance over covered pixels: a photogrammetry tile 0.0151,
 //! a box of popcorn 0.0074, a cat 0.0060, a prop with a small color map 0.0058, a ship 0.0048, a helmet
 //! 0.0044, a racquet 0.0043, a face 0.0037, a bottle 0.0033, a fox 0.0027, a knight 0.0025, a pan 0.0016,
 //! a carton 0.0015. A level of the popcorn whose atlas was filled around the source's charts: 0.0002, as
