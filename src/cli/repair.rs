@@ -12,9 +12,8 @@ use seamwise_texture::{Footprint, Role, equalize};
 use super::common::Common;
 use super::reading::OutsideArgs;
 
-/// `seamwise repair`.
-#[derive(Debug, Args)]
-#[command(after_help = "\
+/// Shown by `-h` and `--help`.
+const EXAMPLES: &str = "\
 Examples:
   seamwise repair scan.glb -o repaired.glb
   seamwise repair atlas.png -o repaired.png --background '#ff00ff'
@@ -23,18 +22,10 @@ Examples:
   seamwise repair light.exr -o new.exr --mesh room.glb --uv-set 1
   seamwise repair leaf.png -o repaired.png --scale 1/4 --keep-coverage
   seamwise repair a_color.png a_normal.png a_orm.png -o repaired/
-  seamwise repair textures -o repaired")]
-#[command(after_long_help = "\
-Examples:
-  seamwise repair scan.glb -o repaired.glb
-  seamwise repair atlas.png -o repaired.png --background '#ff00ff'
-  seamwise repair scan.glb -o repaired.glb --png --memory-limit 8GB
-  seamwise repair scan.glb -o repaired.glb --equalize-seams
-  seamwise repair light.exr -o new.exr --mesh room.glb --uv-set 1
-  seamwise repair leaf.png -o repaired.png --scale 1/4 --keep-coverage
-  seamwise repair a_color.png a_normal.png a_orm.png -o repaired/
-  seamwise repair textures -o repaired
+  seamwise repair textures -o repaired";
 
+/// Shown by `--help`, below the examples.
+const DETAILS: &str = "\
 An asset knows which of its texels are used. For a picture, --mesh, --mask and --background tell; a \
 texel must pass all that are given. Valid texels stay as they are, except in JPEGs, which are compressed \
 anew (--quality), unless the output is a .png or, for an asset, --png is given. A .webp is written \
@@ -50,7 +41,11 @@ filled as a normal map. Both are said.
 
 Several inputs are each written under their own names. Pictures whose names differ in their last word \
 alone, if it says which map they are, are one set: what all of them that show a background have for \
-background is invalid in all. A file that fails is named, the rest go on, and the exit code is 1.")]
+background is invalid in all. A file that fails is named, the rest go on, and the exit code is 1.";
+
+/// `seamwise repair`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES, after_long_help = format!("{EXAMPLES}\n\n{DETAILS}"))]
 pub(crate) struct RepairArgs {
     /// Pictures (.png, .jpg, .webp, .tif, .hdr, .exr), a .glb or .gltf, folders, or - for stdin.
     ///

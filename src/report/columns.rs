@@ -93,19 +93,6 @@ pub(super) fn wrap(text: &str, width: usize) -> String {
     lines.join("\n") + "\n"
 }
 
-/// A number with commas between its thousands.
-pub(super) fn count(number: usize) -> String {
-    let digits = number.to_string();
-    let mut text = String::new();
-    for (at, digit) in digits.chars().enumerate() {
-        if at > 0 && (digits.len() - at).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
-}
-
 /// A size of files.
 pub(super) fn size(bytes: u64) -> String {
     match bytes {
@@ -118,6 +105,7 @@ pub(super) fn size(bytes: u64) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::ticks::grouped;
     use super::*;
 
     fn columns() -> Vec<Column> {
@@ -151,7 +139,7 @@ mod tests {
 
     #[test]
     fn figures_are_read_at_a_glance() {
-        assert_eq!([0, 999, 1000, 1_234_567].map(count), ["0", "999", "1,000", "1,234,567"]);
+        assert_eq!([0, 999, 1000, 1_234_567].map(grouped), ["0", "999", "1,000", "1,234,567"]);
         assert_eq!([12, 81_234, 2_949_000].map(size), ["12 B", "81 kB", "2.9 MB"]);
         assert_eq!(wrap("one two three four", 9), "one two\n  three\n  four\n");
     }

@@ -3,7 +3,7 @@
 use seamwise_attr::Mesh;
 use serde::Serialize;
 
-use super::columns::{Column, count, fit};
+use super::columns::{Column, fit};
 use super::ticks::grouped;
 use crate::document::asset::Asset;
 use crate::level::lods::Lods;
@@ -72,13 +72,14 @@ pub(super) fn mesh_table(meshes: &[MeshReport], width: usize) -> String {
     let name = |mesh: &MeshReport| mesh.name.clone().unwrap_or_else(|| mesh.mesh.to_string());
     let mut columns = vec![
         column("triangles of mesh".into(), &name),
-        column("source".into(), &|mesh| count(mesh.triangles)),
+        column("source".into(), &|mesh| grouped(mesh.triangles)),
     ];
     let levels = 0..first.levels.len();
-    columns
-        .extend(levels.map(|level| {
-            column(format!("level {}", level + 1), &|mesh| count(mesh.levels[level]))
-        }));
+    columns.extend(
+        levels.map(|level| {
+            column(format!("level {}", level + 1), &|mesh| grouped(mesh.levels[level]))
+        }),
+    );
     let mut text = fit(columns, width);
     if meshes.len() > MOST_ROWS {
         text += &format!("and {} smaller meshes\n", meshes.len() - MOST_ROWS);

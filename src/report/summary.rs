@@ -1,8 +1,9 @@
 //! A bake and an evaluation in a few lines for people: what was made, how it compares, what is wrong,
 //! and what to do next.
 
-use super::columns::{Column, count, fit, size, wrap};
+use super::columns::{Column, fit, size, wrap};
 use super::meshes::mesh_table;
+use super::ticks::grouped;
 use super::{BakeReport, CandidateReport, EvaluateReport, LevelReport, Seconds};
 use crate::evaluate::Metrics;
 use crate::evaluate::reference::ReferenceTextures;
@@ -51,10 +52,10 @@ impl BakeReport {
             format!("{index}  {percent} %")
         });
         let textures = |bytes: usize| if bytes == 0 { String::new() } else { size(bytes as u64) };
-        let calls = |calls: usize| count(calls);
+        let calls = |calls: usize| grouped(calls);
         vec![
             Column::new("level", 0, std::iter::once("source".to_owned()).chain(names).collect()),
-            column("triangles", 0, count(input.triangles), &|level| count(level.triangles)),
+            column("triangles", 0, grouped(input.triangles), &|level| grouped(level.triangles)),
             column("draws", 2, calls(input.draw_calls), &|level| calls(level.draw_calls)),
             column("textures", 1, textures(input.texture_bytes), &|level| {
                 textures(level.texture_bytes)
@@ -80,7 +81,7 @@ impl BakeReport {
             _ if metrics.ssim.is_nan() => "not seen".to_owned(),
             None => "at any size".to_owned(),
             Some(size) if size >= screen => "full screen".to_owned(),
-            Some(size) => format!("below {} px", count(size.floor() as usize)),
+            Some(size) => format!("below {} px", grouped(size.floor() as usize)),
         }
     }
 
@@ -292,8 +293,8 @@ impl EvaluateReport {
         };
         let columns = vec![
             column("file", 0, self.reference.file.clone(), &|own| own.file.clone()),
-            column("triangles", 0, count(self.reference.triangles), &|own| {
-                own.metrics.map_or_else(String::new, |_| count(own.triangles))
+            column("triangles", 0, grouped(self.reference.triangles), &|own| {
+                own.metrics.map_or_else(String::new, |_| grouped(own.triangles))
             }),
             figure("SSIM", 1, |m| seen(m.ssim, 4)),
             figure("luminance", 1, |m| seen(m.rms_luminance_srgb, 5)),
