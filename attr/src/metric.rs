@@ -14,11 +14,10 @@ use crate::space::Space;
 /// seam.
 const SEAM_JUMP: f64 = 0.05;
 
-/// From so many times fewer triangles on, where points move to counts in proportion more, up to a factor. At
-/// first what is lost at rest is all that is seen; a level of a few triangles is for moving things far
-/// away, where nothing is seen at rest any more.
+/// From so many times fewer triangles on, where points move to counts more, by the square, up to the growth of
+/// the motion. At first what is lost at rest is all that is seen; a level of a few triangles is for
+/// moving things far away, where nothing is seen at rest any more.
 const MOTION_ONSET: f64 = 2.0;
-const MAX_MOTION_FACTOR: f64 = 2.8;
 
 /// Triangles to be measured, in arrays of one entry each.
 pub(crate) struct Faces<'a> {
@@ -94,7 +93,7 @@ impl Metric {
     /// source. To be followed by a sum.
     pub(crate) fn weigh_motion(&mut self, fewer: f64) {
         let width = self.space.motion_width;
-        let factor = (fewer / MOTION_ONSET).clamp(1.0, MAX_MOTION_FACTOR);
+        let factor = (fewer / MOTION_ONSET).powi(2).clamp(1.0, self.space.motion_growth);
         let by = factor / std::mem::replace(&mut self.motion_factor, factor);
         if width > 0 {
             let rows = self.rows.chunks_exact_mut(self.attributes);

@@ -49,6 +49,8 @@ pub struct Motion {
     rows: Vec<f32>,
     /// As many per point: what a length along the normal there goes by beside the point itself.
     normals: Vec<f32>,
+    /// The largest factor that it may come to count by; none below 1.
+    pub(crate) growth: f64,
 }
 
 impl Motion {
@@ -75,7 +77,13 @@ impl Motion {
                 }
             }
         }
-        Self { width: basis.len(), rows, normals: turns }
+        Self { width: basis.len(), rows, normals: turns, growth: 0.0 }
+    }
+
+    /// The same motion, counting up to `most` times as much the coarser a level is.
+    #[must_use]
+    pub fn growing_to(self, most: f64) -> Self {
+        Self { growth: most, ..self }
     }
 
     /// The number of points that it is of, 0 if nothing moves.

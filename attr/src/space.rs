@@ -48,6 +48,8 @@ pub(crate) struct Space {
     /// there moves by beside it. Empty if nothing moves.
     motion: [Vec<f64>; 2],
     pub(crate) motion_width: usize,
+    /// The largest factor that motion may come to count by, 1 at least.
+    pub(crate) motion_growth: f64,
     /// The directions that shells of the mesh face, and go on to face.
     pub(crate) facing: Facing,
     /// Per point of the mesh: whether it is of a card. Empty if none is.
@@ -90,6 +92,7 @@ impl Space {
                 [scaled(rows, weights.motion / unit), scaled(normals, weights.motion)]
             }),
             motion_width: motion.map_or(0, |motion| motion.width),
+            motion_growth: motion.map_or(1.0, |motion| motion.growth.max(1.0)),
             facing: Facing::of(mesh),
             cards: options.cards.to_vec(),
             locked: options.locked.to_vec(),
