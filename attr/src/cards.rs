@@ -12,11 +12,9 @@ use crate::chain::Level;
 use crate::id::PointId;
 use crate::mesh::Mesh;
 use crate::sets::DisjointSets;
+use crate::simplify::MAX_CARD_SCALE;
 use crate::surface::Surface;
 use crate::triangle::area_vector;
-
-/// The largest factor on the lengths of a card: with one of sixteen left, all their area.
-const MAX_SCALE: f64 = 4.0;
 
 /// A shell that is a card.
 struct Card {
@@ -44,7 +42,7 @@ pub fn grow_cards(source: &Mesh, level: &mut Level, cards: &[bool]) {
     }
     for (card, area) in left.iter().zip(areas) {
         let scale = if card.area > 0.0 { (area / card.area).sqrt() } else { 1.0 };
-        let scale = scale.clamp(1.0, MAX_SCALE);
+        let scale = scale.clamp(1.0, MAX_CARD_SCALE);
         for &point in &card.points {
             let p = &mut level.mesh.positions[point];
             *p = (card.middle + (p.as_dvec3() - card.middle) * scale).as_vec3();
@@ -151,6 +149,18 @@ mod tests {
             let whole = area(&level.mesh, |_| true) / area(&source, |_| true);
             assert!((0.95..1.01).contains(&whole), "{whole}");
         }
+    }
+
+    #[test]
+    fn as_many_stay_as_can_grow_to_the_area_of_all() {
+        let source = leaves(6);
+        let cards = vec![true; source.positions.len()];
+        let options = Options { cards: &cards, ..Settings::for_diagonal(1.5).into() };
+        let mut levels = simplify_chain(&source, &[2], &options, &AtomicUsize::new(0)).unwrap();
+        assert!(levels[0].stopped.is_some(), "one leaf of 36 can't stand for all");
+        grow_cards(&source, &mut levels[0], &cards);
+        let share = area(&levels[0].mesh, |_| true) / area(&source, |_| true);
+        assert!((0.9..1.01).contains(&share), "{share}");
     }
 
     #[test]

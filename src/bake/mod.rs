@@ -52,7 +52,7 @@ use fragments::warn_of_fragments;
 pub use input::Input;
 use options::{BakeOptions, Textures};
 use report::{input_report, level_reports};
-use simplify::{polish_all, settle_all, simplify_all};
+use simplify::{grow_all, polish_all, settle_all, simplify_all};
 use trials::Tried;
 use unsimplified::{Surfaces, warn_of_whole_levels};
 use view::view_all;
@@ -210,6 +210,7 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
             (vec![shared; lods.count()], Vec::new())
         }
     };
+    grow_all(&geometries, &mut lods, &steering);
     let mut extras = Extras::default();
     if let (Some(repairs), Some(_)) = (&repairs, options.report) {
         let draw = || draw_atlases(&asset, repairs, options.reading.memory_limit);

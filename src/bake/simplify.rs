@@ -16,6 +16,7 @@ use super::steering::MeshSteering;
 use crate::document::asset::Asset;
 use crate::document::nodes::mesh_worlds;
 use crate::error::{Error, Result};
+use crate::level::lods::Lods;
 use crate::progress::Progress;
 use crate::surface::geometry::Geometry;
 
@@ -125,8 +126,20 @@ pub(crate) fn polish_all(
     })
 }
 
-/// Finishes levels by what lies around each part: cards take the area of those that are gone, and what is close
-/// before another layer in the source is so again.
+/// Grows the cards of levels by the area of those that are gone: last of all, since a card that has grown lies no
+/// more where its texture was made for.
+pub(crate) fn grow_all(geometries: &[Geometry], lods: &mut Lods, steering: &[MeshSteering]) {
+    for level in lods.levels_mut() {
+        for ((level, own), steering) in level.iter_mut().zip(geometries).zip(steering) {
+            let cards = steering.options().cards;
+            if !cards.is_empty() {
+                grow_cards(&own.welded.mesh, level, cards);
+            }
+        }
+    }
+}
+
+/// Finishes levels by what lies around each part: what is close before another layer in the source is so again.
 ///
 /// # Errors
 /// [`Error::Invalid`] if a node is malformed.
@@ -136,12 +149,6 @@ pub(crate) fn settle_all(
     chains: &mut [Vec<Level>],
     steering: &[MeshSteering],
 ) -> Result<()> {
-    geometries.par_iter().zip(&mut *chains).zip(steering).for_each(|((own, levels), steering)| {
-        let cards = steering.options().cards;
-        if !cards.is_empty() {
-            levels.iter_mut().for_each(|level| grow_cards(&own.welded.mesh, level, cards));
-        }
-    });
     let worlds = mesh_worlds(asset)?;
     let (mut together, mut alone) = (Vec::new(), Vec::new());
     for ((geometry, levels), steering) in geometries.iter().zip(chains).zip(steering) {

@@ -46,7 +46,7 @@ pub(super) struct SteeringArgs {
     lock_border: Option<BorderLock>,
     /// Let small open parts, as the leaves of a tree, go whole and those that stay grow in their place, so that the
     /// area of each neighborhood stays: auto does so for materials that are cut out by alpha.
-    #[arg(long, value_enum, default_value_t = GrowCardsName::Off, value_name = "WHICH")]
+    #[arg(long, value_enum, default_value_t = GrowCardsName::Auto, value_name = "WHICH")]
     grow_cards: GrowCardsName,
     /// Leave all points of this material as they are; may be given more than once.
     #[arg(long, value_name = "NAME")]

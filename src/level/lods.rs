@@ -42,6 +42,11 @@ impl Lods {
         &self.levels[index]
     }
 
+    /// The surfaces of each level, to be changed.
+    pub(crate) fn levels_mut(&mut self) -> impl Iterator<Item = &mut [Level]> {
+        self.levels.iter_mut().map(Vec::as_mut_slice)
+    }
+
     /// The surfaces of each level.
     pub(crate) fn levels(&self) -> impl ExactSizeIterator<Item = &[Level]> {
         self.levels.iter().map(Vec::as_slice)

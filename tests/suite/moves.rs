@@ -222,4 +222,5 @@ fn a_texture_in_shards_is_told_with_a_way_out() {
     };
     assert!(warned(&shards(sphere(16, 12))));
     assert!(!warned(&sphere(16, 12)));
+    assert!(!warned(&leaves(240)), "charts that are whole leaves");
 }

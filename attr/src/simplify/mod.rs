@@ -1,6 +1,7 @@
 //! Greedy simplification: the cheapest collapse first, until a target is reached (Garland &
 //! Heckbert, "Surface simplification using quadric error metrics", SIGGRAPH 1997).
 
+mod crowd;
 mod deviation;
 mod loops;
 mod pairs;
@@ -22,6 +23,8 @@ use crate::rank::{edge_bounds, rank_all};
 use crate::settings::{Cost, Limits, Placement};
 use crate::topology::Topology;
 use crate::working_mesh::WorkingMesh;
+use crowd::Crowd;
+pub(crate) use crowd::MAX_CARD_SCALE;
 use deviation::DeviationGuard;
 use pairs::Pairs;
 pub(crate) use steps::REBUILD_SHARE;
@@ -96,6 +99,7 @@ pub(crate) struct Descent<'a> {
     /// them.
     guard: Option<DeviationGuard>,
     is_held_back: bool,
+    crowd: Crowd,
     /// The largest error so far, in the units of the metric.
     error: f64,
 }
@@ -113,6 +117,7 @@ impl<'a> Descent<'a> {
         let topology = Topology::new(working.triangles, working.wedge_points, points);
         working.metric.space.lock(&working.point_sources, &mut locked);
         let held = locked.iter().filter(|locked| **locked).count();
+        let crowd = Crowd::of(&topology, &working.metric, &working.groups, &working.point_sources);
         let bounds = match working.metric.space.cost {
             Cost::Quadric => edge_bounds(&topology, &working.bounds),
             Cost::EdgeLength => vec![0.0; topology.edge_count()],
@@ -137,6 +142,7 @@ impl<'a> Descent<'a> {
             max_error,
             guard: None,
             is_held_back: false,
+            crowd,
             error: working.error,
             topology,
         }

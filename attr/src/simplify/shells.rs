@@ -23,7 +23,6 @@ const PLAIN_CARD: usize = 2;
 /// Cards cost up to so many times more or less than they are worth, by chance: they are to go all over the
 /// crowd, not the smallest first where those are all on one side.
 const CHANCE: f64 = 4.0;
-
 /// A factor of a card, between 1 and [`CHANCE`], by one of its points (a multiplicative hash: Knuth).
 fn chance(point: PointId) -> f64 {
     CHANCE.powf(f64::from(point.0.wrapping_mul(2_654_435_769)) / f64::from(u32::MAX))
@@ -57,10 +56,15 @@ impl Descent<'_> {
             return Ok(0);
         }
         let points = points_of(&shell, &self.topology);
-        let Self { guard, topology, metric, .. } = self;
+        let Self { guard, topology, metric, crowd, groups, .. } = self;
         let lets =
             |guard: &mut DeviationGuard| guard.allows_removal(&points, end.area, topology, metric);
-        if !is_card && !guard.as_mut().is_none_or(lets) {
+        let lets = if is_card {
+            crowd.lets(groups[shell[0].index()], end.area)
+        } else {
+            guard.as_mut().is_none_or(lets)
+        };
+        if !lets {
             self.is_held_back = true;
             self.rejected.push((end.cost, Item::Shell(point)));
             return Ok(0);

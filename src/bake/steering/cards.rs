@@ -15,11 +15,11 @@ const LEAST_CARDS: usize = 16;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum GrowCards {
     /// Those of materials that are cut out by alpha (`MASK`).
+    #[default]
     Masked,
     /// All.
     All,
-    /// None: a coarse level of a crowd may still lose it, so that it is to be asked for and looked at.
-    #[default]
+    /// None.
     None,
 }
 
