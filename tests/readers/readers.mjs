@@ -8,11 +8,10 @@
 // Needs a Chromium (SEAMWISE_CHROMIUM, or `chromium` on the path); says so and skips without one.
 import { execFileSync } from 'node:child_process';
 import { existsSync, mkdtempSync, readFileSync, readdirSync, rmSync } from 'node:fs';
-import { createServer } from 'node:http';
 import { tmpdir } from 'node:os';
-import { basename, dirname, extname, join, resolve } from 'node:path';
+import { basename, dirname, join, resolve } from 'node:path';
 import { fileURLToPath } from 'node:url';
-import { findBrowser, launch, openPage } from './browser.mjs';
+import { findBrowser, launch, openPage, serve } from './browser.mjs';
 import { writePlain } from './plain.mjs';
 
 const HERE = dirname(fileURLToPath(import.meta.url));
@@ -67,24 +66,6 @@ function reference(file) {
 }
 
 const dataUrl = (path) => `data:image/png;base64,${readFileSync(path).toString('base64')}`;
-
-const TYPES = { '.html': 'text/html', '.js': 'text/javascript', '.mjs': 'text/javascript',
-  '.gltf': 'model/gltf+json', '.glb': 'model/gltf-binary', '.wasm': 'application/wasm',
-  '.png': 'image/png', '.jpg': 'image/jpeg' };
-
-// Serves the page, the packages and what was baked.
-function serve() {
-  const roots = { modules: join(modules, 'node_modules'), out: scratch, page: HERE };
-  const server = createServer((request, response) => {
-    const [, root, ...rest] = decodeURIComponent(new URL(request.url, 'http://x').pathname).split('/');
-    let path = roots[root] && join(roots[root], ...rest);
-    if (path && !extname(path)) path += '.js';
-    if (!path || !existsSync(path)) return response.writeHead(404).end();
-    response.writeHead(200, { 'content-type': TYPES[extname(path)] ?? 'application/octet-stream' });
-    return response.end(readFileSync(path));
-  });
-  return new Promise((done) => server.listen(0, '127.0.0.1', () => done(server)));
-}
 
 // Loads a file in a page of its own; what it shows, and all that the page complained about.
 async function show(browser, address, reader, { file, cameras, levels }) {
@@ -146,7 +127,7 @@ async function main() {
   if (!executablePath) return console.log('skipped: no chromium, so no reader looks at the outputs');
   if (!existsSync(ASSETS)) return console.log(`skipped: ${ASSETS} is absent`);
   let browser = await launch(executablePath, modules);
-  const server = await serve();
+  const server = await serve({ modules: join(modules, 'node_modules'), out: scratch, page: HERE });
   const address = `http://127.0.0.1:${server.address().port}`;
   let failures = 0;
   for (const own of CASES) {

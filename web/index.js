@@ -1,0 +1,2 @@
+export { SeamwiseLOD } from './lod.js';
+export { SeamwisePlugin } from './plugin.js';
