@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use seamwise::bake::options::{BudgetPer, ReportOptions, Targets, Textures};
 use seamwise::bake::{Input, bake as bake_to, bake_in_memory};
-use seamwise::batch::Job;
+use seamwise::batch::{Job, Shard, parse_manifest};
 use seamwise::export::files::{Format, Layout, OutputOptions};
 use seamwise::import::options::ReadOptions;
 use seamwise::transfer::TransferOptions;
@@ -84,6 +84,18 @@ pub(crate) fn bake<'py>(
         own.set_item(file.name, PyBytes::new(py, &file.bytes))?;
     }
     Ok((report, own))
+}
+
+/// The inputs that the text of a list names, or one part of them, like `2/8`.
+#[pyfunction]
+pub(crate) fn manifest(py: Python<'_>, text: &str, shard: Option<&str>) -> PyResult<Vec<PathBuf>> {
+    let mut inputs = parse_manifest(text);
+    let Some(shard) = shard else { return Ok(inputs) };
+    // As the tool does before it splits them.
+    inputs.sort();
+    let shard: Result<Shard, String> = shard.parse();
+    let shard = shard.map_err(|what| raise(py, &Error::Options { what }, None))?;
+    Ok(shard.take(inputs))
 }
 
 /// Whether the outputs of a file are in a folder already.

@@ -13,7 +13,7 @@ mod simplify;
 #[pyo3::pymodule]
 mod _seamwise {
     #[pymodule_export]
-    use super::bake::bake;
+    use super::bake::{bake, manifest};
     #[pymodule_export]
     use super::evaluate::{evaluate, inspect};
     #[pymodule_export]

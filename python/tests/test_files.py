@@ -54,6 +54,20 @@ def test_inspect_counts_triangles(sample):
     assert found["total"]["triangles"] > 1000
 
 
+def test_a_list_names_inputs_and_parts_of_it_add_up(tmp_path):
+    path = tmp_path / "list.txt"
+    path.write_text("# ships\nb.glb\n\n a b.glb\r\nc.obj\n")
+    assert [str(own) for own in seamwise.manifest(path)] == ["b.glb", "a b.glb", "c.obj"]
+    parts = [seamwise.manifest(path, f"{part}/2") for part in (1, 2)]
+    assert sorted(parts[0] + parts[1]) == sorted(seamwise.manifest(path))
+    assert [str(own) for own in parts[1]] == ["b.glb"]
+    with pytest.raises(seamwise.OptionsError, match="3/2"):
+        seamwise.manifest(path, "3/2")
+    with pytest.raises(seamwise.FileError) as caught:
+        seamwise.manifest(tmp_path / "none.txt")
+    assert caught.value.path == str(tmp_path / "none.txt")
+
+
 def test_errors_carry_the_file_and_the_place_in_it(tmp_path):
     missing = tmp_path / "missing.glb"
     with pytest.raises(seamwise.FileError) as caught:

@@ -6,6 +6,7 @@
 
 mod find;
 mod job;
+mod manifest;
 mod shard;
 
 use std::any::Any;
@@ -25,6 +26,7 @@ use crate::report::BakeReport;
 
 pub use find::find_jobs;
 pub use job::Job;
+pub use manifest::parse_manifest;
 pub use shard::Shard;
 
 /// Removes what runs that were killed left unnamed where the outputs go.

@@ -2,8 +2,6 @@
 
 use std::str::FromStr;
 
-use super::job::Job;
-
 /// One of several parts of a batch, each of which a process of its own bakes: every input is in
 /// exactly one, and neighbors, which tend to be alike, are in different ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,8 +19,8 @@ impl Default for Shard {
 
 impl Shard {
     /// The inputs of this part, in order.
-    pub fn take(self, jobs: Vec<Job>) -> Vec<Job> {
-        jobs.into_iter().skip(self.index).step_by(self.count).collect()
+    pub fn take<T>(self, inputs: Vec<T>) -> Vec<T> {
+        inputs.into_iter().skip(self.index).step_by(self.count).collect()
     }
 }
 
@@ -43,6 +41,7 @@ impl FromStr for Shard {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::batch::Job;
 
     #[test]
     fn every_input_is_in_exactly_one_part() {

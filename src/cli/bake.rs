@@ -30,6 +30,7 @@ Examples:
   seamwise bake helmet.gltf -o out --ratios 0.5,0.1 --preset web
   seamwise bake helmet.gltf -o low.glb --ratios 0.1
   seamwise bake assets -o out --resume --shard 2/8
+  seamwise bake --manifest list.txt -o out --resume
 
 Writes out/helmet_lod1.glb and so on, each a level of its own, and out/helmet.json with what was \
 measured. A level looks the same as its source up to the length on screen that the table tells, in pixels \
@@ -210,7 +211,9 @@ impl BakeArgs {
         if self.places.sample {
             return Ok(Source::Sample);
         }
-        let inputs: Vec<PathBuf> = self.inputs.iter().chain(self.swallowed()).cloned().collect();
+        let listed = self.batch.listed()?;
+        let typed = self.inputs.iter().chain(self.swallowed());
+        let inputs: Vec<PathBuf> = typed.chain(&listed).cloned().collect();
         if inputs.is_empty() || inputs.iter().any(|path| path.as_os_str().is_empty()) {
             let what = "no input: name models or folders of them; --sample bakes the sample asset";
             return refused(what.into());

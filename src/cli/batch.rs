@@ -1,15 +1,23 @@
 //! Arguments of `seamwise bake` for many inputs.
 
+use std::io::read_to_string;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::Args;
 
-use seamwise::batch::{BatchOptions, Shard};
+use seamwise::batch::{BatchOptions, Shard, parse_manifest};
+use seamwise::error::{Error, Result};
 
 /// Options of `seamwise bake` for many inputs.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Many inputs")]
 pub(crate) struct BatchArgs {
+    /// Read inputs from a list, one in each line; - for standard input.
+    ///
+    /// They are as if they were typed. Empty lines and those that begin with # are skipped.
+    #[arg(long, value_name = "FILE", conflicts_with = "sample")]
+    manifest: Option<PathBuf>,
     /// Skip inputs whose outputs are there, whole and up to date.
     ///
     /// That is, made by this version with these options from an input with these bytes, the files that
@@ -37,6 +45,25 @@ pub(crate) struct BatchArgs {
 const MOST_JOBS: usize = 4;
 
 impl BatchArgs {
+    /// The inputs of the list, none if there is no list.
+    ///
+    /// # Errors
+    /// [`Error::Io`] if it can't be read, [`Error::Options`] if it names none.
+    pub(super) fn listed(&self) -> Result<Vec<PathBuf>> {
+        let Some(path) = &self.manifest else { return Ok(Vec::new()) };
+        let text = if path == Path::new("-") {
+            read_to_string(std::io::stdin())
+        } else {
+            std::fs::read_to_string(path)
+        };
+        let text = text.map_err(|source| Error::Io { path: path.clone(), source })?;
+        let inputs = parse_manifest(&text);
+        if inputs.is_empty() {
+            return Err(Error::Options { what: format!("{}: it names no input", path.display()) });
+        }
+        Ok(inputs)
+    }
+
     /// The part of the inputs that is baked.
     pub(crate) fn shard(&self) -> Shard {
         self.shard.unwrap_or_default()
@@ -44,7 +71,7 @@ impl BatchArgs {
 
     /// Whether several outputs are thought of, in a folder.
     pub(crate) fn is_given(&self) -> bool {
-        self.resume || self.shard.is_some()
+        self.resume || self.shard.is_some() || self.manifest.is_some()
     }
 
     /// The options that these arguments give on a machine of so many threads.

@@ -61,7 +61,8 @@ impl Preset {
 /// The name of the file that is looked for.
 const FILE: &str = "seamwise.toml";
 /// Options that are typed alone.
-const TYPED: [&str; 7] = ["config", "dry-run", "help", "no-config", "output", "sample", "version"];
+const TYPED: [&str; 8] =
+    ["config", "dry-run", "help", "manifest", "no-config", "output", "sample", "version"];
 /// Options that a file may not have unless it was named, since it may have come with the input from
 /// anyone: what reads and writes elsewhere, and what bounds the harm of an input.
 const TRUSTED: [&str; 6] =

@@ -158,7 +158,7 @@ impl Single<'_> {
             },
         };
         if args.batch.is_given() {
-            bail!("--resume and --shard are for files, with their outputs in a folder");
+            bail!("--manifest, --resume and --shard are for files, with their outputs in a folder");
         }
         check_files(self.outputs(input, args).iter())?;
         if args.places.dry_run {

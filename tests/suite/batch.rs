@@ -202,6 +202,47 @@ fn shards_add_up_to_the_whole() {
 }
 
 #[test]
+fn a_list_names_inputs_as_if_they_were_typed_and_shards_split_it() {
+    let stage = stage(6, &broken()[..1]);
+    let folder = stage.path();
+    assert_eq!(run(folder, &["in", "-o", "one"]).status.code(), Some(1));
+    let list = "# all of them\r\nin/a00.glb\n\n  in/a03.glb\nin/deep/empty.glb\nin/deep/a01.glb\nin/deep/a04.glb\n";
+    std::fs::write(folder.join("list.txt"), list).expect("a file");
+    for shard in ["1/2", "2/2"] {
+        let ran = run(
+            folder,
+            &["in/deep/down/a02.glb", "--manifest", "list.txt", "-o", "out", "--shard", shard],
+        );
+        let told = String::from_utf8(ran.stdout).expect("UTF-8");
+        let expected = if shard == "1/2" {
+            "3 baked, 0 skipped, 0 failed"
+        } else {
+            "2 baked, 0 skipped, 1 failed"
+        };
+        assert_eq!(told.lines().last(), Some(expected));
+    }
+    let one = outputs(&folder.join("one")).into_iter().filter(|(name, _)| !name.contains("a05"));
+    let base = |(name, bytes): File| (name.rsplit('/').next().expect("a name").to_owned(), bytes);
+    let mut one: Vec<File> = one.map(base).collect();
+    one.sort();
+    assert!(outputs(&folder.join("out")) == one);
+    std::fs::write(folder.join("none.txt"), "# nothing\n").expect("a file");
+    for (list, reason) in [("none.txt", "names no input"), ("away.txt", "away.txt")] {
+        let ran = run(folder, &["--manifest", list, "-o", "out"]);
+        assert_eq!(ran.status.code(), Some(2));
+        assert!(stderr(&ran).contains(reason), "{}", stderr(&ran));
+    }
+    let mut piped = seamwise(folder, &["--manifest", "-", "-o", "piped"]);
+    let piped = piped.stdin(Stdio::piped()).stdout(Stdio::null()).spawn();
+    let mut piped = piped.expect("it runs");
+    let mut stdin = piped.stdin.take().expect("a pipe");
+    std::io::Write::write_all(&mut stdin, b"in/a00.glb\nin/a03.glb\n").expect("it reads");
+    drop(stdin);
+    assert!(piped.wait().expect("it ends").success());
+    assert_eq!(files(&folder.join("piped")).len(), 6);
+}
+
+#[test]
 fn what_has_changed_is_baked_again() {
     let stage = stage(3, &[]);
     let folder = stage.path();

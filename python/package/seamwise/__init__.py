@@ -14,7 +14,7 @@ same bytes at any number of threads.
 True
 """
 
-from ._bake import Baked, bake
+from ._bake import Baked, bake, manifest
 from ._errors import (
     CanceledError,
     Error,
@@ -44,6 +44,7 @@ __all__ = [
     "bake",
     "evaluate",
     "inspect",
+    "manifest",
     "repair",
     "repair_file",
     "simplify",

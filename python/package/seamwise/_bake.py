@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Literal, Union
 
 from . import _seamwise
+from ._errors import FileError
 from ._progress import Progress, resolve
 
 Source = Union[str, "os.PathLike[str]", bytes, bytearray, memoryview]
@@ -103,6 +104,21 @@ def bake(
     if told is None:
         return Baked(json.loads((Path(folder) / f"{name}.json").read_bytes()), skipped=True)
     return Baked(json.loads(told), files)
+
+
+def manifest(path: str | os.PathLike[str], shard: str | None = None) -> list[Path]:
+    """The inputs of a list, as ``seamwise bake --manifest`` reads it: one in each line, empty lines and those
+    that begin with ``#`` left out.
+
+    shard: one of several parts, like "2/8", for one of several processes: every input is in exactly one.
+
+    Raises FileError if the list can't be read, OptionsError for a part that makes no sense.
+    """
+    try:
+        text = Path(path).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise FileError(f"{os.fspath(path)}: {error}", os.fspath(path)) from error
+    return [Path(own) for own in _seamwise.manifest(text, shard)]
 
 
 def _resolve(source: Source) -> tuple[bytes | str, str]:

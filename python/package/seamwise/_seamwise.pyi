@@ -14,6 +14,7 @@ def bake(
     looks: dict[str, Any],
     progress: Callable[[str, int, int], Any] | None,
 ) -> tuple[str | None, dict[str, bytes]]: ...
+def manifest(text: str, shard: str | None) -> list[PathLike[str]]: ...
 def evaluate(
     reference: str | bytes,
     candidates: list[str | bytes],
