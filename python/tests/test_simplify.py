@@ -1,3 +1,4 @@
+import os
 import threading
 import time
 
@@ -70,12 +71,23 @@ def test_what_does_not_fit_is_refused_by_its_name(hill, change, error, message):
     assert issubclass(error, ValueError)
 
 
+@pytest.mark.skipif(not os.path.exists("/proc/self/clear_refs"), reason="only Linux tells the peak since then")
+def test_a_million_triangles_are_copied_once_on_their_way_in():
+    positions, triangles = _field(708)
+    assert len(triangles) > 990_000
+    uvs = np.ascontiguousarray(positions[:, :2])
+    taken = sum(own.nbytes for own in (positions, triangles, uvs))
+    before = _memory("VmRSS")
+    with open("/proc/self/clear_refs", "w") as file:
+        file.write("5")
+    # What is refused after the arrays have come in costs nothing else.
+    with pytest.raises(seamwise.OptionsError, match="no cost"):
+        seamwise.simplify(positions, triangles, [0.5], uvs=uvs, cost="cheap")
+    assert _memory("VmHWM") - before < 1.25 * taken + 2e6
+
+
 def test_other_threads_run_meanwhile():
-    n = 300
-    x, y = np.meshgrid(np.linspace(0, 1, n), np.linspace(0, 1, n))
-    positions = np.stack([x, y, 0.1 * np.sin(20 * x * y)], axis=-1).reshape(-1, 3)
-    corner = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).reshape(-1, 1)
-    triangles = np.concatenate([corner + [0, 1, n + 1], corner + [0, n + 1, n]])
+    positions, triangles = _field(300)
     work = threading.Thread(target=seamwise.simplify, args=(positions, triangles, [0.1]))
     work.start()
     ticks = 0
@@ -83,6 +95,21 @@ def test_other_threads_run_meanwhile():
         ticks += 1
         time.sleep(0.001)
     assert ticks > 20
+
+
+def _field(n):
+    """Waves over n × n points."""
+    x, y = np.meshgrid(np.linspace(0, 1, n), np.linspace(0, 1, n))
+    positions = np.stack([x, y, 0.1 * np.sin(20 * x * y)], axis=-1).reshape(-1, 3).astype(np.float32)
+    corner = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).reshape(-1, 1)
+    triangles = np.concatenate([corner + [0, 1, n + 1], corner + [0, n + 1, n]]).astype(np.uint32)
+    return positions, triangles
+
+
+def _memory(name):
+    """Bytes of memory of this process."""
+    with open("/proc/self/status") as file:
+        return next(1024 * int(line.split()[1]) for line in file if line.startswith(name))
 
 
 def _up(positions):
