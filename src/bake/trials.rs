@@ -58,6 +58,11 @@ fn trial(goals: &Goals, options: &BakeOptions, counts: Vec<usize>) -> BakeOption
     let mut own = BakeOptions { targets: Targets::Triangles(counts), ..options.clone() };
     (own.goals, own.report) = (None, None);
     (own.output.layout, own.output.format) = (Layout::None, Format::Glb);
+    let counts_vertices_anew =
+        goals.measure == Measure::Vertices && matches!(own.textures, Textures::Transfer(_));
+    if matches!(goals.measure, Measure::PixelsOff | Measure::Vertices) && !counts_vertices_anew {
+        own.textures = Textures::Keep;
+    }
     let look = evaluate::Options { screen_height: 0, ..evaluate::Options::default() };
     own.evaluate = match goals.measure {
         Measure::Quality => {

@@ -16,10 +16,19 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let options = BakeOptions { evaluate: None, ..BakeOptions::default() };
     let baked = bake_bytes(&bytes, "model", &options)?;
 
-    let few = evaluate::Options { views: 1, resolution: 64, samples: 1000, pixel_tolerance: 1.0, screen_height: 128 };
+    let few = evaluate::Options {
+        views: 1,
+        resolution: 64,
+        samples: 1000,
+        pixel_tolerance: 1.0,
+        screen_height: 128,
+    };
     let nowhere = Path::new("");
     let levels = [&baked.files[0].bytes, &baked.files[3].bytes];
-    let levels = levels.map(|level| read_bytes(level, nowhere)).into_iter().collect::<Result<Vec<_>, _>>()?;
+    let levels = levels
+        .map(|level| read_bytes(level, nowhere))
+        .into_iter()
+        .collect::<Result<Vec<_>, _>>()?;
     let metrics = compare_assets(&read_bytes(&bytes, nowhere)?, &levels, few)?;
     assert!(metrics[0].distance_rms < metrics[1].distance_rms);
 
