@@ -6,7 +6,7 @@
 //! slides over the surface; normals and colors by a plain weight. An error in any of them is then
 //! a length, and weights say how much one length counts beside another.
 
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use rustc_hash::FxHashMap;
 
 use crate::facing::Facing;
@@ -16,9 +16,18 @@ use crate::options::Options;
 use crate::quadric::MAX_ATTRIBUTES;
 use crate::settings::{Cost, Placement, Weights};
 
-/// An attribute that is to count for nothing, or a UV set without area, still gets this scale: far
-/// below any error that matters, and its row can be read back.
+/// An attribute that is to count for nothing still gets this scale: far below any error that matters,
+/// and its row can be read back.
 const LEAST_SCALE: f64 = 1e-6;
+
+/// The scale of UVs that are points, over the root of the surface: nowhere do they change within a
+/// triangle, but each jump from one to another is a seam.
+const POINTS: f64 = 1e3;
+
+/// A triangle whose area in an atlas is a smaller share of its longest side's square is a line there.
+const LINE: f64 = 1e-3;
+/// That share of a triangle of three equal sides.
+const EQUILATERAL: f64 = 0.433;
 
 /// An importance beyond is taken as these: the quadrics must stay far from rounding.
 const RANGE: (f64, f64) = (1e-6, 1e6);
@@ -164,6 +173,15 @@ fn frame(mesh: &Mesh) -> (DVec3, f64) {
     if extent > 0.0 { ((low + high) / 2.0, extent) } else { (DVec3::ZERO, 1.0) }
 }
 
+/// The area of a triangle in an atlas. One that is but a line there, down a gradient say, counts as
+/// one of three equal sides: by what roundings leave of its area UVs would outweigh all else.
+fn uv_area([a, b, c]: [DVec2; 3]) -> f64 {
+    let area = (b - a).perp_dot(c - a).abs() / 2.0;
+    let longest = (b - a).length_squared().max((c - b).length_squared());
+    let longest = longest.max((a - c).length_squared());
+    if area < LINE * longest { EQUILATERAL * longest } else { area }
+}
+
 /// The factors of the entries of rows, for each group.
 fn scales(mesh: &Mesh, weights: Weights, unit: f64) -> FxHashMap<u32, [f64; MAX_ATTRIBUTES]> {
     let layout = mesh.layout;
@@ -174,13 +192,14 @@ fn scales(mesh: &Mesh, weights: Weights, unit: f64) -> FxHashMap<u32, [f64; MAX_
         *surface += (p[1] - p[0]).cross(p[2] - p[0]).length() / 2.0;
         for (set, area) in uv.iter_mut().enumerate().take(layout.uv_sets) {
             let t = wedges.map(|wedge| mesh.uv(wedge, set).as_dvec2());
-            *area += (t[1] - t[0]).perp_dot(t[2] - t[0]).abs() / 2.0;
+            *area += uv_area(t);
         }
     }
     let row = |(surface, uv): (f64, [f64; MAX_ATTRIBUTES / 2])| {
         let mut row = [0.0; MAX_ATTRIBUTES];
         for set in 0..layout.uv_sets {
-            let per_uv = if uv[set] > 0.0 { (surface / uv[set]).sqrt() } else { 0.0 };
+            let per_uv =
+                if uv[set] > 0.0 { (surface / uv[set]).sqrt() } else { POINTS * surface.sqrt() };
             row[layout.uv(set)..][..2].fill(weights.uv * per_uv);
         }
         if layout.normal {

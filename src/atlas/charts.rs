@@ -1,7 +1,9 @@
 //! UV triangles of primitives, and the texels of an image that filtering inside them reads.
 
 use glam::{Affine2, Vec2};
-use seamwise_texture::{Footprint, MipReads, Validity, Wrap, charts_share_from, count_reads};
+use seamwise_texture::{
+    Footprint, MipReads, Validity, Wrap, charts_share_from, color_charts, count_reads,
+};
 
 use crate::document::asset::Asset;
 use crate::document::primitive::Primitive;
@@ -65,6 +67,14 @@ impl Charts {
             mips: count_reads(validity, wrap, uvs, triangles, footprint),
             shared_from: charts_share_from(size, wrap, uvs, triangles),
         }
+    }
+
+    /// Whether all of them are colors in an image of this size: see [`color_charts`].
+    pub fn are_colors(&self, size: [usize; 2]) -> bool {
+        let count = self.uvs.len();
+        let sound = self.triangles.iter().filter(|t| t.iter().all(|&uv| (uv as usize) < count));
+        let corners: Vec<_> = sound.map(|t| t.map(|uv| self.uvs[uv as usize])).collect();
+        color_charts(size, &corners).iter().all(Option::is_some)
     }
 
     /// Adds the charts of another primitive, which share no UVs with those here.

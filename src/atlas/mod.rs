@@ -153,6 +153,9 @@ pub enum LeftAlone {
     /// Charts cover none of its texels: triangles that use it have no UVs, or no area there.
     #[error("no chart covers any of it")]
     NoChart,
+    /// Its charts have no area: they are colors, between which there is nothing to fill.
+    #[error("its charts are single texels and lines: colors, not pictures")]
+    Colors,
     /// The asset was read without it.
     #[error("its file is not there")]
     Missing,
@@ -226,6 +229,9 @@ fn repair_one(
     let mut validity = atlas.validity(texels.width() as usize, texels.height() as usize);
     if validity.valid() == 0 {
         return Ok(Err(LeftAlone::NoChart));
+    }
+    if atlas.charts.are_colors([texels.width() as usize, texels.height() as usize]) {
+        return Ok(Err(LeftAlone::Colors));
     }
     let Alpha { hides, shows, cutoff } = atlas.alpha;
     let fills_hidden = hides && !shows && alpha_tells(&texels, Role::Color);

@@ -44,6 +44,7 @@ use crate::report::pictures::{Gallery, draw_atlases};
 use crate::report::threads::time_threads;
 use crate::report::verdict::FileSize;
 use crate::report::{BakeReport, Seconds, mesh_reports, peak_memory};
+use crate::surface::colors::keep_colors;
 use crate::surface::group::weld_all;
 use crate::transfer::{MaterialTextures, Origin, Plan, TransferOptions, transfer_all};
 pub use baked::{Baked, BakedFile};
@@ -191,7 +192,10 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
         let run = || polish_all(&geometries, &mut chains, &steering, polish, progress);
         clock.time("polish", |s| &mut s.polish, run)?;
     }
-    let settle = || settle_all(&asset, &geometries, &mut chains, &steering);
+    let settle = || {
+        settle_all(&asset, &geometries, &mut chains, &steering)?;
+        keep_colors(&asset, &geometries, &mut chains, options.reading.memory_limit)
+    };
     clock.time("polish", |s| &mut s.polish, settle)?;
     let mut lods = Lods::from_chains(chains, options.targets.count())?;
     let repairs = clock.time("repair", |s| &mut s.repair, || repair_images(&asset, options))?;
@@ -309,7 +313,7 @@ fn own_textures(
     options: &TransferOptions,
     progress: &Progress,
 ) -> Result<(Vec<LevelTextures>, Vec<MaterialTextures>)> {
-    let plan = Plan::new(origin.asset, origin.surfaces, options.atlas)?;
+    let plan = Plan::new(origin, options.atlas)?;
     let (textures, repacked) = transfer_all(origin, &plan, lods, options, progress)?;
     if let Some(repacked) = repacked {
         *lods = repacked;

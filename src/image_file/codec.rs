@@ -6,7 +6,9 @@ use image::codecs::hdr::HdrEncoder;
 use image::codecs::jpeg::JpegEncoder;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::error::{DecodingError, EncodingError, UnsupportedError, UnsupportedErrorKind};
-use image::{ColorType, DynamicImage, ImageDecoder, ImageEncoder, ImageError, ImageReader};
+use image::{
+    ColorType, DynamicImage, GenericImageView, ImageDecoder, ImageEncoder, ImageError, ImageReader,
+};
 
 use super::encoded::{EncodedImage, ImageFormat};
 use super::ktx2;
@@ -50,6 +52,20 @@ pub fn decode(image: &EncodedImage, at: &str, limit: MemoryLimit) -> Result<Dyna
         .map_err(|error| limit.explain(&error))
         .and_then(|decoder| limit.decode(decoder, format))
         .map_err(|what| Error::invalid(at, what))
+}
+
+/// Width and height of an image, from its header where that has them.
+///
+/// # Errors
+/// As [`decode`].
+pub(crate) fn dimensions(image: &EncodedImage, at: &str, limit: MemoryLimit) -> Result<[usize; 2]> {
+    let (width, height) = match image.format.codec() {
+        Some(codec) => open(&image.bytes, codec, limit)
+            .map_err(|error| Error::invalid(at, error.to_string()))?
+            .dimensions(),
+        None => decode(image, at, limit)?.dimensions(),
+    };
+    Ok([width as usize, height as usize])
 }
 
 /// The decoder of an image file, which takes no more memory for anything but texels than the

@@ -1,5 +1,6 @@
 //! The meshes of a document, welded to surfaces of points and wedges.
 
+pub(crate) mod colors;
 pub(crate) mod edges;
 pub(crate) mod frame;
 pub mod geometry;

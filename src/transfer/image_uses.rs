@@ -1,6 +1,8 @@
 //! The uses of images: by which triangles, in which UVs and roles.
 
-use seamwise_attr::Mesh;
+use glam::Vec2;
+use seamwise_attr::{Mesh, area_vector};
+use seamwise_texture::color_charts;
 use seamwise_texture::transfer::{Face, overlap};
 use seamwise_texture::{Role, Wrap};
 
@@ -10,13 +12,18 @@ use crate::document::features::has_textures;
 use crate::document::material::{TextureSlot, main_role, textures_of};
 use crate::document::primitive::Primitive;
 use crate::error::Result;
+use crate::image_file::codec::dimensions;
 use crate::image_file::encoded::EncodedImage;
+use crate::limit::MemoryLimit;
 use crate::surface::geometry::Geometry;
 
 /// Texels of a side at which overlaps are looked for.
 const COVERAGE_SIDE: usize = 512;
 /// More than this share of its covered texels at several places, and a layout is not to be told apart.
 const MOST_OVERLAP: f64 = 0.02;
+/// An image is shared from this share of the surface on that reads it by charts without area. A scan
+/// has fewer triangles that its unwrapping missed.
+const MOST_COLORS: f64 = 0.002;
 
 /// Images in sets: two are in one if the same triangles use both.
 pub(super) fn used_together(uses: &[Used]) -> Vec<Vec<usize>> {
@@ -46,6 +53,8 @@ pub(super) struct Used {
     pub(super) charts: Vec<ChartGroup>,
     /// One per entry of `charts`.
     pub(super) readings: Vec<SourceReading>,
+    /// Width and height; 0 if its file can't be read.
+    size: [usize; 2],
     is_used: bool,
     is_missing: bool,
     beyond_charts: bool,
@@ -76,6 +85,10 @@ impl Used {
         self.unfit(|| false).or_else(|| {
             let meshes: Vec<&Mesh> = surfaces.iter().map(|surface| &surface.welded.mesh).collect();
             let faces = faces(&self.charts, &meshes);
+            let share = self.colors(&faces, &meshes);
+            if share > MOST_COLORS {
+                return Some(SharedReason::Colors(share));
+            }
             let spans = |face: &Face| {
                 let [a, b, c] = face.uvs;
                 (a.max(b).max(c) - a.min(b).min(c)).max_element() > 1.0
@@ -86,6 +99,19 @@ impl Used {
             let share = overlap(&faces, [COVERAGE_SIDE; 2], self.wrap);
             (share > MOST_OVERLAP).then_some(SharedReason::Overlap(share))
         })
+    }
+
+    /// The share of the surface that uses it by charts without area.
+    fn colors(&self, faces: &[Face], meshes: &[&Mesh]) -> f64 {
+        let uvs: Vec<[Vec2; 3]> = faces.iter().map(|face| face.uvs).collect();
+        let (mut colors, mut all) = (0.0, 0.0);
+        for (face, chart) in faces.iter().zip(color_charts(self.size, &uvs)) {
+            let corners = meshes[face.pair as usize].triangle_positions(face.triangle as usize);
+            let area = area_vector(corners).length();
+            all += area;
+            colors += if chart.is_some() { area } else { 0.0 };
+        }
+        if all > 0.0 { colors / all } else { 0.0 }
     }
 
     /// The reason why it can't be made anew in any layout, if there is one.
@@ -106,9 +132,13 @@ impl Used {
     }
 
     /// Why it can't be made anew in a new layout.
-    pub(super) fn fixed(&self) -> Option<SharedReason> {
+    pub(super) fn fixed(&self, surfaces: &[Geometry]) -> Option<SharedReason> {
         let fixed = self.unfit(|| self.has_conflicting_uvs());
-        fixed.or_else(|| self.has_ids.then_some(SharedReason::Ids))
+        fixed.or_else(|| self.has_ids.then_some(SharedReason::Ids)).or_else(|| {
+            let meshes: Vec<&Mesh> = surfaces.iter().map(|surface| &surface.welded.mesh).collect();
+            let share = self.colors(&faces(&self.charts, &meshes), &meshes);
+            (share > MOST_COLORS).then_some(SharedReason::Colors(share))
+        })
     }
 
     /// Whether triangles read it in several ways.
@@ -133,9 +163,17 @@ pub(super) fn uses(
     asset: &Asset,
     surfaces: &[Geometry],
     materials: &[Vec<TextureSlot>],
+    limit: MemoryLimit,
 ) -> Result<Vec<Used>> {
-    let used = |image: &EncodedImage| Used { is_missing: image.is_missing(), ..Used::default() };
-    let mut uses: Vec<Used> = asset.images.iter().map(used).collect();
+    let used = |(index, image): (usize, &EncodedImage)| {
+        let is_missing = image.is_missing();
+        let size = match is_missing {
+            true => [0; 2],
+            false => dimensions(image, &format!("/images/{index}"), limit).unwrap_or_default(),
+        };
+        Used { is_missing, size, ..Used::default() }
+    };
+    let mut uses: Vec<Used> = asset.images.iter().enumerate().map(used).collect();
     for mesh in 0..asset.count("meshes") {
         for primitive in Primitive::of_mesh(asset, mesh)?.iter().filter(|p| !p.is_surface()) {
             for slot in textures_of(asset, primitive, materials)? {

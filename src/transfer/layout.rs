@@ -85,6 +85,9 @@ pub enum SharedReason {
     /// The triangles that use it lack the UVs, or have more sets of them than levels are made of.
     #[error("what uses it has no UVs for it")]
     NoCharts,
+    /// Charts without area use it: their UVs name colors.
+    #[error("{:.1} % of what uses it has its colors in single texels or lines", .0 * 100.0)]
+    Colors(f64),
     /// UVs repeat the image.
     #[error("its UVs tile")]
     Tiling,

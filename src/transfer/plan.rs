@@ -11,6 +11,7 @@ use super::join_primitives::Joins;
 use super::layout::{ChartGroup, ImageUse, MergeGroup, NewNormals, SharedReason, UvLayout};
 use super::merge_materials::{Merging, NotMerged};
 use super::options::Atlas;
+use super::original::Origin;
 use crate::document::asset::Asset;
 use crate::document::material::{TextureSlot, material_slots, materials_of};
 use crate::error::Result;
@@ -36,7 +37,8 @@ impl Plan {
     }
 
     /// Plans the transfer from the uses of images.
-    pub(crate) fn new(asset: &Asset, surfaces: &[Geometry], atlas: Atlas) -> Result<Self> {
+    pub(crate) fn new(origin: &Origin<'_>, atlas: Atlas) -> Result<Self> {
+        let (asset, surfaces) = (origin.asset, origin.surfaces);
         let mut slots = material_slots(asset)?;
         let mut merging = Merging::default();
         if atlas == Atlas::Merged {
@@ -46,10 +48,10 @@ impl Plan {
                 .flat_map(|merge_group| &merge_group.materials)
                 .for_each(|&own| slots[own].clear());
         }
-        let uses = uses(asset, surfaces, &slots)?;
+        let uses = uses(asset, surfaces, &slots, origin.limit)?;
         let mut plan = match atlas {
             Atlas::Keep => Self::in_place(uses, surfaces),
-            Atlas::New | Atlas::Merged => Self::anew(&uses),
+            Atlas::New | Atlas::Merged => Self::anew(&uses, surfaces),
         };
         plan.add_normals(asset, surfaces, &slots)?;
         plan.layouts.extend(merging.layouts);
@@ -90,8 +92,8 @@ impl Plan {
     }
 
     /// A plan with a new layout for each set of images that triangles use together.
-    fn anew(uses: &[Used]) -> Self {
-        let shared = uses.iter().map(Used::fixed).collect();
+    fn anew(uses: &[Used], surfaces: &[Geometry]) -> Self {
+        let shared = uses.iter().map(|used| used.fixed(surfaces)).collect();
         let mut plan = Self { shared, ..Self::default() };
         for images in used_together(uses) {
             if images.iter().any(|&image| plan.shared[image].is_some()) {

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::AtomicUsize;
 
-use image::{ColorType, DynamicImage, GenericImageView, ImageDecoder};
+use image::{ColorType, DynamicImage};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use seamwise_attr::Mesh;
@@ -17,10 +17,9 @@ use super::original::{Coverage, Origin, Original};
 use super::plan::Plan;
 use super::sizes::TexelDensity;
 use crate::error::{Error, Result};
-use crate::image_file::codec::{decode, open};
+use crate::image_file::codec::{decode, dimensions};
 use crate::image_file::encoded::EncodedImage;
 use crate::level::textures::{MergedMaterial, NormalMap};
-use crate::limit::MemoryLimit;
 use crate::surface::geometry::Geometry;
 
 /// Levels gain a normal map for a loss of shading from this RMS angle on, in degrees.
@@ -78,7 +77,7 @@ pub(super) fn sheets<'a>(
             sheets.push(merged_sheet(origin, layout, merge_group)?);
         }
         for own in &layout.images {
-            let size = header_size(&origin.asset.images[own.image], own.image, origin.limit)?;
+            let size = image_size(origin, own.image)?;
             let known = sheets[first..].iter().position(|sheet| sheet.size == size);
             let at = known.map_or(sheets.len(), |at| first + at);
             if at == sheets.len() {
@@ -95,6 +94,10 @@ pub(super) fn sheets<'a>(
     Ok(sheets)
 }
 
+fn image_size(origin: &Origin<'_>, image: usize) -> Result<[usize; 2]> {
+    dimensions(&origin.asset.images[image], &format!("/images/{image}"), origin.limit)
+}
+
 /// The sheet of a merged material, as large as the images together that it is made of.
 fn merged_sheet<'a>(
     origin: &Origin<'_>,
@@ -105,7 +108,7 @@ fn merged_sheet<'a>(
     for output in &merge_group.outputs {
         for (material, folded) in merge_group.chart_materials.iter().zip(&output.readings) {
             let Some((image, _)) = folded.source else { continue };
-            let [width, height] = header_size(&origin.asset.images[image], image, origin.limit)?;
+            let [width, height] = image_size(origin, image)?;
             let most = most.entry(*material).or_default();
             *most = most.max((width * height) as f64);
         }
@@ -114,17 +117,6 @@ fn merged_sheet<'a>(
     let side = merged_images::side(merge_group.materials.iter().map(of));
     let texels = merge_group.chart_materials.iter().map(of).collect();
     Ok(Sheet { layout, size: [side; 2], texels, images: Vec::new(), normals: Vec::new() })
-}
-
-fn header_size(image: &EncodedImage, index: usize, limit: MemoryLimit) -> Result<[usize; 2]> {
-    let at = format!("/images/{index}");
-    let (width, height) = match image.format.codec() {
-        Some(codec) => open(&image.bytes, codec, limit)
-            .map_err(|error| Error::invalid(at, error.to_string()))?
-            .dimensions(),
-        None => decode(image, &at, limit)?.dimensions(),
-    };
-    Ok([width as usize, height as usize])
 }
 
 impl Sheet<'_> {

@@ -21,6 +21,7 @@ mod moves;
 mod nearly_right;
 mod output;
 mod outside;
+mod palettes;
 mod pictures;
 mod repair;
 mod repair_alone;

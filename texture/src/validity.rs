@@ -8,15 +8,21 @@
 //! any other is replaced as a whole; there is nothing between. Fractions arise only in the coarser
 //! levels of a fill.
 
-use glam::Vec2;
+use glam::{DVec2, Vec2};
 use image::DynamicImage;
 use seamwise_attr::DisjointSets;
 
+use crate::color_charts::color_charts;
 use crate::coverage::Coverage;
 use crate::error::{Error, Result};
 use crate::plane::Plane;
 use crate::raster::{UvTriangle, to_texels};
 use crate::wrap::Wrap;
+
+/// Places along each texel of a line whose reads are looked for.
+const STEPS_PER_TEXEL: f64 = 4.0;
+/// A line over more repeats of the image than this is followed in longer steps.
+const MOST_REPEATS: f64 = 8.0;
 
 /// A mask: for each texel of an image, whether its value may be trusted.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -40,9 +46,9 @@ impl Validity {
     /// wraps. `uvs` is what `triangles` index; one triangle with an index out of range is left out,
     /// as is one with a NaN or an infinity.
     ///
-    /// A chart (triangles connected through the UVs they share) that covers no centre at all, say
-    /// because it is smaller than a texel, keeps the texels its corners lie in: they are all the
-    /// color it has.
+    /// A chart (triangles connected through the UVs they share) that covers no centre at all keeps
+    /// the texels its corners lie in: they are all the color it has. One without area, see
+    /// [`color_charts`](crate::color_charts), keeps all that a bilinear filter reads in it.
     ///
     /// Guaranteed: charts leave no gaps between their triangles. Not guaranteed: that a texel which
     /// a chart covers only in part is clean. A triangle over more than eight repeats of the image
@@ -69,7 +75,16 @@ impl Validity {
             }
         }
         let mut mask = coverage.finish();
-        for triangle in triangles.iter().filter(known(uvs)) {
+        let sound: Vec<&[u32; 3]> = triangles.iter().filter(known(uvs)).collect();
+        let of_corners: Vec<[Vec2; 3]> =
+            sound.iter().map(|triangle| triangle.map(|uv| uvs[uv as usize])).collect();
+        let colors = color_charts([width, height], &of_corners);
+        for (triangle, color) in sound.into_iter().zip(colors) {
+            if color.is_some() {
+                let taps = Taps { size: [width, height], wrap };
+                taps.along(corners(triangle), |texel| mask[texel] = true);
+                continue;
+            }
             if covered[charts.of(triangle[0])] {
                 continue;
             }
@@ -168,6 +183,38 @@ pub(crate) fn known(uvs: &[Vec2]) -> impl Fn(&&[u32; 3]) -> bool {
     move |triangle| triangle.iter().all(|&uv| (uv as usize) < count)
 }
 
+/// The texels that a bilinear filter reads in an image.
+struct Taps {
+    size: [usize; 2],
+    wrap: [Wrap; 2],
+}
+
+impl Taps {
+    /// Visits those along the edges of a triangle, whose corners are in texels.
+    fn along(&self, corners: [DVec2; 3], mut visit: impl FnMut(usize)) {
+        if !corners.iter().all(|corner| corner.is_finite()) {
+            return;
+        }
+        let most = MOST_REPEATS * (self.size[0] + self.size[1]) as f64;
+        for (from, to) in [(0, 1), (1, 2), (2, 0)].map(|(a, b)| (corners[a], corners[b])) {
+            let steps = ((to - from).abs().max_element() * STEPS_PER_TEXEL).ceil().min(most);
+            for step in 0..=steps as usize {
+                self.at(from.lerp(to, step as f64 / steps.max(1.0)), &mut visit);
+            }
+        }
+    }
+
+    fn at(&self, place: DVec2, visit: &mut impl FnMut(usize)) {
+        let low = place - 0.5;
+        let ends = [low.floor(), low.ceil()];
+        for (x, y) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+            let column = self.wrap[0].texel(ends[x].x as i64, self.size[0]);
+            let row = self.wrap[1].texel(ends[y].y as i64, self.size[1]);
+            visit(row * self.size[0] + column);
+        }
+    }
+}
+
 /// Charts as disjoint sets of UV indices.
 pub(crate) struct Charts {
     sets: DisjointSets,
@@ -216,10 +263,13 @@ mod tests {
     }
 
     #[test]
-    fn a_chart_smaller_than_a_texel_keeps_its_color() {
-        let uvs = [[0.26, 0.26], [0.3, 0.26], [0.26, 0.3]].map(Vec2::from);
+    fn a_chart_without_area_keeps_all_that_it_reads() {
+        let uvs = [[0.51, 0.51], [0.6, 0.51], [0.51, 0.6]].map(Vec2::from);
         let validity = Validity::from_charts(4, 4, REPEAT, &uvs, &[[0, 1, 2]]);
-        assert_eq!(drawn(&validity), ["....", ".#..", "....", "...."]);
+        assert_eq!(drawn(&validity), ["....", ".##.", ".##.", "...."]);
+        let line = [[0.375, 0.125], [0.375, 0.875], [0.375, 0.125]].map(Vec2::from);
+        let validity = Validity::from_charts(4, 4, REPEAT, &line, &[[0, 1, 2]]);
+        assert_eq!(drawn(&validity), [".#..", ".#..", ".#..", ".#.."]);
         // A corner of a chart that covers other texels adds nothing.
         let uvs = [[0.0, 0.0], [0.5, 0.0], [0.0, 0.5], [0.51, 0.0]].map(Vec2::from);
         let validity = Validity::from_charts(4, 4, REPEAT, &uvs, &[[0, 1, 2], [1, 3, 2]]);
