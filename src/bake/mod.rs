@@ -46,7 +46,7 @@ use crate::report::verdict::FileSize;
 use crate::report::{BakeReport, Seconds, mesh_reports, peak_memory};
 use crate::surface::colors::keep_colors;
 use crate::surface::group::weld_all;
-use crate::transfer::{MaterialTextures, Origin, Plan, TransferOptions, transfer_all};
+use crate::transfer::{MaterialTextures, Origin, Plan, Transfer, TransferOptions, transfer_all};
 pub use baked::{Baked, BakedFile};
 use digest::digest;
 use fragments::warn_of_fragments;
@@ -313,12 +313,13 @@ fn own_textures(
     options: &TransferOptions,
     progress: &Progress,
 ) -> Result<(Vec<LevelTextures>, Vec<MaterialTextures>)> {
-    let plan = Plan::new(origin, options.atlas)?;
-    let (textures, repacked) = transfer_all(origin, &plan, lods, options, progress)?;
+    let plan = Plan::new(origin, options)?;
+    let Transfer { textures, repacked, choices } =
+        transfer_all(origin, &plan, lods, options, progress)?;
     if let Some(repacked) = repacked {
         *lods = repacked;
     }
-    Ok((textures, plan.outcomes(origin.asset)?))
+    Ok((textures, plan.outcomes(origin.asset, &choices)?))
 }
 
 /// The repair of each image, if the options ask for it.

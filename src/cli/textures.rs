@@ -56,6 +56,8 @@ fn parse_scale(text: &str) -> std::result::Result<f64, String> {
 /// `--textures`.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub(crate) enum TextureMode {
+    /// Each level has its own where they show less error than the source's, within twice its bytes.
+    Auto,
     /// Each level has its own, sampled from the surface of the source.
     Transfer,
     /// All levels share the source's, with every texel that no chart covers filled.
@@ -122,6 +124,12 @@ impl TextureArgs {
     /// The handling of textures that these arguments give.
     pub(super) fn resolve(&self) -> Result<Textures> {
         let textures = match self.textures {
+            TextureMode::Auto => {
+                let own = self.transfer();
+                // In a new layout nothing can be shared.
+                let chooses = own.atlas == Atlas::Keep;
+                return Ok(Textures::Transfer(TransferOptions { chooses, ..own }));
+            }
             TextureMode::Transfer => return Ok(Textures::Transfer(self.transfer())),
             TextureMode::Repair => Textures::Repair,
             TextureMode::Keep => Textures::Keep,
@@ -147,6 +155,7 @@ impl TextureArgs {
     fn transfer(&self) -> TransferOptions {
         let default = TransferOptions::default();
         TransferOptions {
+            chooses: default.chooses,
             atlas: match self.atlas {
                 _ if self.merge_materials => Atlas::Merged,
                 Some(AtlasMode::New) => Atlas::New,

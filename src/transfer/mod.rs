@@ -8,6 +8,8 @@
 //! `merged_material` how, `merged_images` makes their images, and `join_primitives` tells which
 //! primitives can be one then.
 
+mod choice;
+mod cut;
 mod encode;
 mod image_uses;
 mod join_primitives;
@@ -37,6 +39,8 @@ use crate::level::lods::Lods;
 use crate::level::textures::LevelTextures;
 use crate::progress::Progress;
 use crate::surface::geometry::Geometry;
+pub use choice::TextureChoice;
+use cut::{Priced, by_worth};
 pub use encode::TextureFormat;
 pub use layout::SharedReason;
 use layout::UvLayout;
@@ -70,7 +74,7 @@ pub(crate) fn transfer_all(
     lods: &Lods,
     options: &TransferOptions,
     progress: &Progress,
-) -> Result<(Vec<LevelTextures>, Option<Lods>)> {
+) -> Result<Transfer> {
     let Origin { asset, surfaces, .. } = *origin;
     let tags = source_tags(asset, surfaces, &plan.source_sets(surfaces))?;
     let sources = sources(surfaces, &tags);
@@ -78,10 +82,11 @@ pub(crate) fn transfer_all(
     let distances: Vec<Vec<f32>> = meshes.iter().map(|level| distances(&sources, level)).collect();
     let texel_density = TexelDensity::new(asset, surfaces, &distances, &origin.screen)?;
     let sheets = sheets(origin, plan, options)?;
-    let mut sizes = first_sizes(&sheets, &texel_density, surfaces, options.sizes);
+    let mut sizes = first_sizes(&sheets, &texel_density, surfaces, *options);
     let repacked = repack_all(&sheets, &mut sizes, lods, (&texel_density, surfaces))?;
     let level_meshes = repacked.as_ref().unwrap_or(lods).meshes();
-    let sets = plan.level_sets(surfaces, |_| options.bake_normals != BakeNormals::Off);
+    let gains = options.bake_normals != BakeNormals::Off;
+    let sets = plan.level_sets(surfaces, |_| gains, |_| true);
     let tags: Vec<Vec<Tags>> = lods
         .levels()
         .zip(&level_meshes)
@@ -92,8 +97,29 @@ pub(crate) fn transfer_all(
         level_meshes.into_iter().zip(pairs).map(|(meshes, pairs)| LevelSurfaces { meshes, pairs });
     let levels = levels.collect();
     let maker = TextureMaker { origin, texel_density, sheets, levels, options, progress };
-    let textures = maker.assign(plan, maker.run(&sizes)?)?;
-    Ok((textures, repacked))
+    let made = maker.run(&sizes)?;
+    let choices = choices(&made);
+    let textures = maker.assign(plan, made)?;
+    Ok(Transfer { textures, repacked, choices })
+}
+
+/// The textures of all levels.
+pub(crate) struct Transfer {
+    pub(crate) textures: Vec<LevelTextures>,
+    /// The levels in their new layout, where charts are laid out anew.
+    pub(crate) repacked: Option<Lods>,
+    /// The choices between images of levels' own and the source's, each with the source's index.
+    pub(crate) choices: Vec<(usize, TextureChoice)>,
+}
+
+fn choices(made: &[Vec<Made>]) -> Vec<(usize, TextureChoice)> {
+    let of_level = |(level, made): (usize, &Made)| {
+        let numbered = |&(image, choice): &(usize, TextureChoice)| {
+            (image, TextureChoice { level: level + 1, ..choice })
+        };
+        made.choices.iter().map(numbered).collect::<Vec<_>>()
+    };
+    made.iter().flat_map(|levels| levels.iter().enumerate().flat_map(of_level)).collect()
 }
 
 /// The surfaces of a level with their sources.
@@ -115,11 +141,13 @@ fn first_sizes(
     sheets: &[Sheet<'_>],
     texel_density: &TexelDensity,
     surfaces: &[Geometry],
-    sizes: Sizes,
+    TransferOptions { sizes, chooses, .. }: TransferOptions,
 ) -> SheetSizes {
     let size = |sheet: &Sheet<'_>, level: usize| match sizes {
         Sizes::Needed | Sizes::Budget(_) => {
-            halved(sheet.size, texel_density.unseen(surfaces, sheet.layout, sheet.size, level))
+            let unseen = texel_density.unseen(surfaces, sheet.layout, sheet.size, level);
+            // A choice begins with more than is needed, and ends with less where that is not worth it.
+            halved(sheet.size, unseen.saturating_sub(u32::from(chooses)))
         }
         Sizes::Scale(scale) => {
             let factor = scale.powi(level as i32 + 1);
@@ -178,7 +206,10 @@ impl TextureMaker<'_> {
     /// The images of each sheet, level by level.
     fn run(&self, sizes: &SheetSizes) -> Result<Vec<Vec<Made>>> {
         let mut made = self.make(sizes, Vec::new())?;
-        let Sizes::Budget(budget) = self.options.sizes else { return Ok(made) };
+        let Some(budget) = self.budget() else { return Ok(made) };
+        if self.options.chooses {
+            return self.cut(sizes.clone(), made, budget);
+        }
         let mut shares = self.shares(&made)?;
         for _ in 0..ATTEMPTS {
             let bytes: usize = made.iter().flatten().map(Made::bytes).sum();
@@ -201,6 +232,63 @@ impl TextureMaker<'_> {
         }
         let what = format!("no size of the levels' textures fits a budget of {budget} bytes");
         Err(Error::Options { what })
+    }
+
+    /// Makes images smaller, or leaves them to the source's, those of least worth per byte first, until
+    /// all together take at most so many bytes. None gets smaller than it has to be where it is shown.
+    fn cut(
+        &self,
+        mut sizes: SheetSizes,
+        mut made: Vec<Vec<Made>>,
+        budget: u64,
+    ) -> Result<Vec<Vec<Made>>> {
+        loop {
+            let bytes: usize = made.iter().flatten().map(Made::bytes).sum();
+            let mut excess = (bytes as u64).saturating_sub(budget) as usize;
+            if excess == 0 {
+                return Ok(made);
+            }
+            let before = sizes.clone();
+            for at in by_worth(&made) {
+                let Priced { sheet, level, output, bytes, .. } = at;
+                if excess == 0 {
+                    break;
+                }
+                if sizes[sheet][level] != before[sheet][level] {
+                    // It is about to be made smaller.
+                    excess = excess.saturating_sub(bytes - bytes / 4);
+                    continue;
+                }
+                let own = &self.sheets[sheet];
+                let surfaces = self.origin.surfaces;
+                let unseen = self.texel_density.unseen(surfaces, own.layout, own.size, level);
+                let least = halved(own.size, unseen);
+                let smaller = before[sheet][level].map(|side| (side / 2).max(1));
+                if before[sheet][level][0] > least[0] && !own.layout.is_new {
+                    sizes[sheet][level] = smaller;
+                    excess = excess.saturating_sub(bytes - bytes / 4);
+                } else {
+                    made[sheet][level].leave(output);
+                    excess = excess.saturating_sub(bytes);
+                }
+            }
+            if sizes == before && by_worth(&made).is_empty() {
+                return Ok(made);
+            }
+            made = self.make(&sizes, made)?;
+        }
+    }
+
+    /// Most bytes of all images together.
+    fn budget(&self) -> Option<u64> {
+        match self.options.sizes {
+            Sizes::Budget(budget) => Some(budget),
+            Sizes::Needed if self.options.chooses => {
+                let images = self.origin.asset.images.iter();
+                Some(images.map(|image| image.bytes.len() as u64).sum())
+            }
+            Sizes::Needed | Sizes::Scale(_) => None,
+        }
     }
 
     /// Makes all images that `before` does not have at their size.
@@ -291,7 +379,8 @@ impl TextureMaker<'_> {
             let merged =
                 level.merged.iter().filter(|own| own.has_normals).map(|own| own.materials[0]);
             let gaining: Vec<usize> = gaining.chain(merged).collect();
-            let sets = plan.level_sets(surfaces, |material| gaining.contains(&material));
+            let is_own = |image: usize| level.images[image] != self.origin.images[image];
+            let sets = plan.level_sets(surfaces, |own| gaining.contains(&own), is_own);
             for (own, (sets, joins)) in
                 level.parts.iter_mut().zip(sets.iter().zip(&plan.joins.numbers))
             {

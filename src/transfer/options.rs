@@ -31,6 +31,9 @@ pub enum BakeNormals {
 /// Options of a transfer of textures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TransferOptions {
+    /// Whether each level has an image of its own only where that shows less error than the source's,
+    /// all of them together of at most as many bytes as the source's textures.
+    pub chooses: bool,
     /// Their layout.
     pub atlas: Atlas,
     /// The sizes of images.
@@ -50,6 +53,7 @@ impl Default for TransferOptions {
     /// Sizes as needed, in the source's layout and formats.
     fn default() -> Self {
         Self {
+            chooses: false,
             atlas: Atlas::default(),
             sizes: Sizes::default(),
             bake_normals: BakeNormals::default(),

@@ -3,12 +3,17 @@
 use serde::Serialize;
 use serde_json::Value;
 
+use super::choice::TextureChoice;
 use super::layout::UvLayout;
 use super::merge_materials::NotMerged;
 use super::plan::Plan;
 use crate::document::asset::Asset;
 use crate::document::material::material_slots;
 use crate::error::Result;
+
+/// The reason why levels share what they could have had of their own.
+const NO_BETTER: &str =
+    "it shows as little error as one of a level's own, or one is not worth its bytes";
 
 /// The outcome of a material's textures.
 #[derive(Clone, Debug, Serialize)]
@@ -47,6 +52,9 @@ pub struct TextureOutcome {
     pub outcome: Outcome,
     /// The reason why it is shared, if it is.
     pub why: Option<String>,
+    /// The choice for each level, if there was one.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub choices: Vec<TextureChoice>,
 }
 
 /// The place of the texels of a level's texture.
@@ -65,25 +73,38 @@ pub enum Outcome {
 
 impl Plan {
     /// The outcome of the textures of each material.
-    pub(crate) fn outcomes(&self, asset: &Asset) -> Result<Vec<MaterialTextures>> {
+    pub(crate) fn outcomes(
+        &self,
+        asset: &Asset,
+        choices: &[(usize, TextureChoice)],
+    ) -> Result<Vec<MaterialTextures>> {
         let materials = material_slots(asset)?.into_iter().enumerate();
         let textures = materials.map(|(material, slots)| {
             let at = format!("/materials/{material}");
             let name = asset.json.pointer(&format!("{at}/name")).and_then(Value::as_str);
             let merge_group =
                 self.merge_groups().find(|merge_group| merge_group.materials.contains(&material));
-            let textures = slots.iter().map(|slot| TextureOutcome {
-                texture: slot.at.trim_start_matches(&at).trim_start_matches('/').to_owned(),
-                image: slot.image,
-                outcome: if merge_group.is_some() {
-                    Outcome::Merged
-                } else {
-                    self.outcome(slot.image)
-                },
-                why: match merge_group {
-                    Some(_) => None,
-                    None => self.shared[slot.image].map(|why| why.to_string()),
-                },
+            let textures = slots.iter().map(|slot| {
+                let own = choices.iter().filter(|(image, _)| *image == slot.image);
+                let choices: Vec<TextureChoice> = own.map(|(_, choice)| *choice).collect();
+                let mut old = choices.iter().filter(|choice| !choice.gained).peekable();
+                let stays = old.peek().is_some() && old.all(|choice| !choice.own);
+                let outcome = match merge_group {
+                    Some(_) => Outcome::Merged,
+                    None if stays => Outcome::Shared,
+                    None => self.outcome(slot.image),
+                };
+                let reason = self.shared[slot.image].map(|why| why.to_string());
+                TextureOutcome {
+                    texture: slot.at.trim_start_matches(&at).trim_start_matches('/').to_owned(),
+                    image: slot.image,
+                    outcome,
+                    why: match outcome {
+                        Outcome::Shared => reason.or_else(|| Some(NO_BETTER.to_owned())),
+                        _ => None,
+                    },
+                    choices,
+                }
             });
             let rest = self.joins.rest.contains(&material);
             let rest = rest.then(|| "its vertices have other attributes than others'".to_owned());

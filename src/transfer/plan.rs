@@ -10,7 +10,7 @@ use super::image_uses::{Used, used_together, uses};
 use super::join_primitives::Joins;
 use super::layout::{ChartGroup, ImageUse, MergeGroup, NewNormals, SharedReason, UvLayout};
 use super::merge_materials::{Merging, NotMerged};
-use super::options::Atlas;
+use super::options::{Atlas, TransferOptions};
 use super::original::Origin;
 use crate::document::asset::Asset;
 use crate::document::material::{TextureSlot, material_slots, materials_of};
@@ -22,7 +22,8 @@ use crate::surface::geometry::Geometry;
 pub(crate) struct Plan {
     pub(crate) layouts: Vec<UvLayout>,
     pub(crate) normals: Vec<NewNormals>,
-    /// One per image; `None` if it is made anew.
+    /// One per image; `None` if it is made anew. With a choice, one whose texels are used in several
+    /// places may be made anew too.
     pub(crate) shared: Vec<Option<SharedReason>>,
     /// By material: the reason why it stays by itself, where materials are to be merged.
     pub(crate) not_merged: BTreeMap<usize, NotMerged>,
@@ -37,7 +38,8 @@ impl Plan {
     }
 
     /// Plans the transfer from the uses of images.
-    pub(crate) fn new(origin: &Origin<'_>, atlas: Atlas) -> Result<Self> {
+    pub(crate) fn new(origin: &Origin<'_>, options: &TransferOptions) -> Result<Self> {
+        let &TransferOptions { atlas, chooses, .. } = options;
         let (asset, surfaces) = (origin.asset, origin.surfaces);
         let mut slots = material_slots(asset)?;
         let mut merging = Merging::default();
@@ -50,7 +52,7 @@ impl Plan {
         }
         let uses = uses(asset, surfaces, &slots, origin.limit)?;
         let mut plan = match atlas {
-            Atlas::Keep => Self::in_place(uses, surfaces),
+            Atlas::Keep => Self::in_place(uses, surfaces, chooses),
             Atlas::New | Atlas::Merged => Self::anew(&uses, surfaces),
         };
         plan.add_normals(asset, surfaces, &slots)?;
@@ -60,12 +62,13 @@ impl Plan {
         Ok(plan)
     }
 
-    /// A plan with each image in the source's layout.
-    fn in_place(uses: Vec<Used>, surfaces: &[Geometry]) -> Self {
+    /// A plan with each image in the source's layout. Texels that several places use are made for the
+    /// first of them, if a choice is to tell whether they do for the others.
+    fn in_place(uses: Vec<Used>, surfaces: &[Geometry], chooses: bool) -> Self {
         let mut plan = Self::default();
         for (image, used) in uses.into_iter().enumerate() {
             let shared = used.shared(surfaces);
-            if shared.is_none() {
+            if shared.is_none() || chooses && matches!(shared, Some(SharedReason::Overlap(_))) {
                 plan.add(image, used);
             }
             plan.shared.push(shared);
@@ -174,16 +177,18 @@ impl Plan {
     }
 
     /// One per surface and part: the UV set by whose tangents a level reads a normal map that is made
-    /// anew. `gains` tells which materials gain one.
+    /// anew. `gains` tells which materials gain one, `is_own` which images of the source are made anew.
     pub(crate) fn level_sets(
         &self,
         surfaces: &[Geometry],
         gains: impl Fn(usize) -> bool,
+        is_own: impl Fn(usize) -> bool,
     ) -> Vec<Vec<Option<usize>>> {
         let mut sets = no_sets(surfaces);
         let gained = self.normals.iter().filter(|own| gains(own.materials[0]));
         let made = gained.map(|normals| &normals.charts);
-        let old = self.normal_maps().map(|(layout, _)| &layout.charts);
+        let old = self.normal_maps().filter(|(_, own)| is_own(own.image));
+        let old = old.map(|(layout, _)| &layout.charts);
         let has = |layout: &&UvLayout| {
             let merge_group = layout.merge_group.as_ref();
             merge_group

@@ -6,9 +6,12 @@ use image::{ColorType, DynamicImage};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use seamwise_attr::Mesh;
-use seamwise_texture::transfer::{Job, Output, Pair, Picture, Reading, Transferred, transfer};
+use seamwise_texture::transfer::{
+    ImageErrors, Job, Output, Pair, Picture, Reading, Transferred, errors, transfer,
+};
 use seamwise_texture::{Role, Validity, keep_coverage, repair};
 
+use super::choice::{PLACES, TextureChoice, is_worth, worth};
 use super::encode::store;
 use super::layout::{ChartGroup, ImageUse, MergeGroup, NewNormals, SourceReading, UvLayout, faces};
 use super::merged_images;
@@ -53,6 +56,9 @@ pub(super) struct Made {
     pub(super) images: Vec<(usize, EncodedImage)>,
     pub(super) normals: Vec<NormalMap>,
     pub(super) merged: Option<MergedMaterial>,
+    /// The choices between them and the source's, if one was made: each with the index of the image, or
+    /// of the one whose layout a gained normal map has. Levels are told by the caller.
+    pub(super) choices: Vec<(usize, TextureChoice)>,
 }
 
 impl Made {
@@ -61,6 +67,21 @@ impl Made {
         let old = self.images.iter().map(|(_, image)| image.bytes.len());
         let new = self.normals.iter().map(|own| own.image.bytes.len());
         old.chain(new).sum::<usize>() + self.merged.as_ref().map_or(0, MergedMaterial::bytes)
+    }
+}
+
+impl Made {
+    /// Leaves an image, by its number among the choices, to the source's.
+    pub(super) fn leave(&mut self, output: usize) {
+        let (image, choice) = self.choices[output];
+        if choice.gained {
+            let before = self.choices[..output].iter();
+            let at = before.filter(|(_, other)| other.gained && other.own).count();
+            self.normals.remove(at);
+        } else {
+            self.images.retain(|(own, _)| *own != image);
+        }
+        self.choices[output].1.own = false;
     }
 }
 
@@ -92,6 +113,15 @@ pub(super) fn sheets<'a>(
         }
     }
     Ok(sheets)
+}
+
+/// The errors of the images of a job, and of the source's in their place.
+fn measure(job: &Job<'_>, images: &[DynamicImage]) -> Result<Vec<ImageErrors>> {
+    let read = |(image, output): (&DynamicImage, &Output<'_>)| Picture::new(image, output.role);
+    let pictures = images.par_iter().zip(job.outputs).map(read);
+    let pictures: Vec<Picture> =
+        pictures.collect::<std::result::Result<_, _>>().map_err(Error::internal)?;
+    Ok(errors(job, &pictures, PLACES))
 }
 
 fn image_size(origin: &Origin<'_>, image: usize) -> Result<[usize; 2]> {
@@ -221,26 +251,71 @@ impl Sheet<'_> {
             let merged =
                 merged_images::finish(merge_group, originals, (&filled, had), gains, format)?;
             let (images, normals) = (Vec::new(), Vec::new());
-            return Ok(Made { size, images, normals, merged: Some(merged) });
+            let choices = Vec::new();
+            return Ok(Made { size, images, normals, merged: Some(merged), choices });
         }
-        let (old, new) = filled.split_at(self.images.len());
-        let finish = |(own, image): (&&ImageUse, &DynamicImage)| {
-            let before = &origin.asset.images[own.image];
-            Ok((own.image, store(image, own.role, Some(before), format)?))
+        let errors = match options.chooses && is_in_place {
+            true => Some(measure(&job, &filled)?),
+            false => None,
         };
-        let gain = |(normals, image): (&&NewNormals, &DynamicImage)| {
+        let is_own = |at: usize| errors.as_ref().is_none_or(|errors| is_worth(&errors[at]));
+        let stored = |(at, image): (usize, &DynamicImage)| {
+            let is_gained = at >= self.images.len();
+            if !is_own(at) || is_gained && !is_lost {
+                return Ok(None);
+            }
+            let own = self.images.get(at);
+            let before = own.map(|own| &origin.asset.images[own.image]);
+            store(image, outputs[at].role, before, format).map(Some)
+        };
+        let mut stored: Vec<Option<EncodedImage>> =
+            filled.par_iter().enumerate().map(stored).collect::<Result<_>>()?;
+        let choices =
+            errors.map_or(Vec::new(), |errors| self.choices(origin, size, &errors, &stored));
+        let new = stored.split_off(self.images.len());
+        let old = self.images.iter().zip(stored);
+        let gain = |(normals, image): (&&NewNormals, Option<EncodedImage>)| {
             let (materials, like) = (normals.materials.clone(), normals.like.clone());
-            Ok(NormalMap { image: store(image, Role::Normal, None, format)?, materials, like })
+            Some(NormalMap { image: image?, materials, like })
         };
         Ok(Made {
             size,
-            images: self.images.par_iter().zip(old).map(finish).collect::<Result<_>>()?,
-            normals: match is_lost {
-                true => self.normals.par_iter().zip(new).map(gain).collect::<Result<_>>()?,
-                false => Vec::new(),
-            },
+            images: old.filter_map(|(own, image)| Some((own.image, image?))).collect(),
+            normals: self.normals.iter().zip(new).filter_map(gain).collect(),
             merged: None,
+            choices,
         })
+    }
+
+    /// The choices of images of `size`, of which those are stored that are a level's own.
+    fn choices(
+        &self,
+        origin: &Origin<'_>,
+        size: [usize; 2],
+        errors: &[ImageErrors],
+        stored: &[Option<EncodedImage>],
+    ) -> Vec<(usize, TextureChoice)> {
+        let old = self.images.iter().map(|own| (own.image, own.role, false));
+        let new = self.normals.iter().map(|own| (own.image, Role::Normal, true));
+        let share = (size[0] * size[1]) as f64 / (self.size[0] * self.size[1]) as f64;
+        let of = |(((image, role, gained), errors), stored): (
+            ((usize, Role, bool), &ImageErrors),
+            &Option<EncodedImage>,
+        )| {
+            let guess = || (origin.asset.images[image].bytes.len() as f64 * share) as usize;
+            let choice = TextureChoice {
+                level: 0,
+                own: stored.is_some(),
+                shared_error: errors.shared,
+                own_error: errors.own,
+                own_size: size,
+                worth: worth(errors, role),
+                own_bytes: stored.as_ref().map_or_else(guess, |own| own.bytes.len()),
+                gained,
+            };
+            (image, choice)
+        };
+        old.chain(new).zip(errors).zip(stored).map(of).collect()
     }
 
     /// The source's images, then the new normal maps.

@@ -5,6 +5,7 @@
 mod common;
 
 mod as_written;
+mod auto;
 mod bake;
 mod batch;
 mod cli;

@@ -22,11 +22,13 @@ fn options(textures: Textures) -> BakeOptions {
 }
 
 fn ways() -> Vec<(&'static str, Textures)> {
+    let chosen = TransferOptions { chooses: true, ..TransferOptions::default() };
     let anew = TransferOptions { atlas: Atlas::New, ..TransferOptions::default() };
     vec![
         ("repair", Textures::Repair),
         ("transfer", Textures::Transfer(TransferOptions::default())),
         ("transfer, new atlas", Textures::Transfer(anew)),
+        ("auto", Textures::Transfer(chosen)),
     ]
 }
 

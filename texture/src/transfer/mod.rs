@@ -22,6 +22,7 @@
 //! the right one is found; and where charts of the level overlap, only the first is served.
 
 mod correspond;
+mod errors;
 mod owners;
 mod picture;
 mod row;
@@ -42,6 +43,7 @@ use owners::Owners;
 use row::{Maker, Row, write};
 
 pub use correspond::Source;
+pub use errors::{ImageErrors, errors};
 pub use picture::Picture;
 pub use shading_mesh::ShadingMesh;
 

@@ -73,6 +73,11 @@ impl Picture {
         Vec2::new(level.width() as f32, level.height() as f32)
     }
 
+    /// The color at a UV as a renderer reads it from near by, decoded.
+    pub(super) fn near(&self, uv: Vec2, wrap: [Wrap; 2]) -> Vec4 {
+        Vec4::from_array(self.mips.sample_bilinear(0, uv, wrap))
+    }
+
     /// The color at a UV, decoded: linear light, or the numbers as they are stored.
     pub(super) fn read(&self, uv: Vec2, wrap: [Wrap; 2], lod: f32) -> Vec4 {
         if lod >= MINIFIED {

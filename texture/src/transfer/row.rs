@@ -126,12 +126,12 @@ fn folded(read: Option<Vec4>, reading: &Reading<'_>) -> Vec4 {
 }
 
 /// The vector that a texel of a normal map stands for.
-fn vector(texel: Vec4) -> Vec3 {
+pub(super) fn vector(texel: Vec4) -> Vec3 {
     texel.truncate() * 2.0 - 1.0
 }
 
 /// A normal of a map whose x and y have a factor.
-fn scaled(normal: Vec3, scale: f32) -> Vec3 {
+pub(super) fn scaled(normal: Vec3, scale: f32) -> Vec3 {
     if scale.is_finite() { normal * Vec3::new(scale, scale, 1.0) } else { normal }
 }
 

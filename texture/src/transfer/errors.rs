@@ -1,0 +1,243 @@
+//! How far a level looks from its source with the source's images, and with its own.
+//!
+//! Both are read at places spread evenly over the level, and held against what the source shows at
+//! the place that belongs to each: colors as they are encoded in sRGB, data as it is stored, and
+//! directions of shading for normal maps. No mip maps: what is told is what is seen from near by.
+
+use glam::{Mat3, Vec3, Vec4};
+use rayon::prelude::*;
+
+use super::correspond::LevelPoint;
+use super::picture::Picture;
+use super::row::{scaled, vector};
+use super::shading_mesh::SurfacePoint;
+use super::{Job, Reading};
+use crate::color::linear_to_srgb;
+use crate::role::Role;
+
+/// Places that are looked at in one go.
+const CHUNK: usize = 1024;
+/// The golden ratio's fraction and its square's spread places over triangles (Roberts' R2 sequence).
+const SPREAD: [f64; 2] = [0.754_877_666_246_693, 0.569_840_290_998_053_2];
+
+/// Errors of an image over a level, as root mean squares.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ImageErrors {
+    /// With the source's image, or without any where it has none.
+    pub shared: f64,
+    /// With the level's own.
+    pub own: f64,
+    /// The share of the level that uses it.
+    pub share: f64,
+}
+
+#[derive(Clone, Copy, Default)]
+struct Squares {
+    shared: f64,
+    own: f64,
+    count: usize,
+}
+
+/// The errors of each output of a job, whose images are `made`, at so many places.
+pub fn errors(job: &Job<'_>, made: &[Picture], places: usize) -> Vec<ImageErrors> {
+    let areas: Vec<f64> =
+        job.faces.iter().map(|face| area(job, face.pair, face.triangle)).collect();
+    let mut ends = areas;
+    let mut sum = 0.0;
+    for end in &mut ends {
+        sum += *end;
+        *end = sum;
+    }
+    if sum <= 0.0 || made.len() != job.outputs.len() {
+        return vec![ImageErrors::default(); job.outputs.len()];
+    }
+    let texels = job.texels();
+    let chunk = |chunk: usize| {
+        let mut squares = vec![Squares::default(); job.outputs.len()];
+        let mut last = None;
+        for place in chunk * CHUNK..((chunk + 1) * CHUNK).min(places) {
+            let at = (place as f64 + 0.5) / places as f64 * sum;
+            let face = ends.partition_point(|&end| end < at).min(ends.len() - 1);
+            look(job, made, (face, texels[face], place), &mut squares, &mut last);
+        }
+        squares
+    };
+    let chunks: Vec<Vec<Squares>> =
+        (0..places.div_ceil(CHUNK)).into_par_iter().map(chunk).collect();
+    let of = |output: usize| {
+        let own = chunks.iter().map(|chunk| chunk[output]);
+        let all = own.fold(Squares::default(), |a, b| Squares {
+            shared: a.shared + b.shared,
+            own: a.own + b.own,
+            count: a.count + b.count,
+        });
+        let rms = |sum: f64| (sum / all.count.max(1) as f64).sqrt();
+        let share = all.count as f64 / places.max(1) as f64;
+        ImageErrors { shared: rms(all.shared), own: rms(all.own), share }
+    };
+    (0..job.outputs.len()).map(of).collect()
+}
+
+fn area(job: &Job<'_>, pair: u32, triangle: u32) -> f64 {
+    let mesh = job.pairs[pair as usize].level.mesh;
+    let [a, b, c] = mesh.triangle_positions(triangle as usize);
+    (b - a).as_dvec3().cross((c - a).as_dvec3()).length()
+}
+
+/// Adds the errors at a place on a face.
+fn look(
+    job: &Job<'_>,
+    made: &[Picture],
+    (index, texel, place): (usize, f32, usize),
+    squares: &mut [Squares],
+    last: &mut Option<(u32, SurfacePoint)>,
+) {
+    let face = &job.faces[index];
+    let pair = &job.pairs[face.pair as usize];
+    let at = SurfacePoint { triangle: face.triangle as usize, barycentrics: spread(place) };
+    let smooth = pair.level.smooth_normal(at).normalize_or_zero();
+    let point = LevelPoint {
+        position: pair.level.position(at),
+        smooth,
+        plane: pair.level.face_normal(at.triangle),
+        group: pair.level.mesh.groups[at.triangle],
+        chart: pair.level.charts[at.triangle],
+        texel,
+    };
+    let guess = last.filter(|last| last.0 == face.pair).map(|last| last.1);
+    let Some(there) = pair.source.find(&point, guess) else { return };
+    *last = Some((face.pair, there));
+    for ((output, made), squares) in job.outputs.iter().zip(made).zip(squares) {
+        let Some(reading) = &output.readings[face.reading as usize] else { continue };
+        let Reading { picture, uv_set, transform, wrap, .. } = *reading;
+        let read = |side: &super::ShadingMesh<'_>, at| {
+            let uv = transform.transform_point2(side.uv(at, uv_set));
+            picture.map(|picture| picture.near(uv, wrap))
+        };
+        let truth = read(&pair.source.side, there);
+        let shared =
+            if uv_set < pair.level.mesh.layout.uv_sets { read(&pair.level, at) } else { truth };
+        let own = made.near(face.uv(at.barycentrics), job.wrap);
+        let off = match output.role {
+            Role::Normal => {
+                let flat = |read: Option<Vec4>| read.map_or(Vec3::Z, vector);
+                let turn = |frame: Mat3, normal: Vec3| (frame * normal).normalize_or(smooth);
+                let truth =
+                    turn(pair.source.side.frame(there), scaled(flat(truth), reading.normal_scale));
+                let frame = pair.level.frame(at);
+                let shared = match shared {
+                    None => smooth,
+                    Some(_) => turn(frame, scaled(flat(shared), reading.normal_scale)),
+                };
+                let own = turn(frame, scaled(vector(own), reading.level_normal_scale));
+                [shared, own].map(|normal| f64::from(normal.angle_between(truth)))
+            }
+            Role::Color => {
+                let (truth, shared) = (truth.unwrap_or(Vec4::ONE), shared.unwrap_or(Vec4::ONE));
+                [shared, own].map(|color| per_channel(encoded(color) - encoded(truth)))
+            }
+            Role::Data => {
+                let (truth, shared) = (truth.unwrap_or(Vec4::ONE), shared.unwrap_or(Vec4::ONE));
+                [shared, own].map(|data| per_channel((data - truth).truncate()))
+            }
+        };
+        squares.shared += off[0] * off[0];
+        squares.own += off[1] * off[1];
+        squares.count += 1;
+    }
+}
+
+/// Barycentrics of a place: evenly spread over a triangle as places go on.
+fn spread(place: usize) -> Vec3 {
+    let [mut a, mut b] = SPREAD.map(|step| (0.5 + step * (place + 1) as f64).fract());
+    if a + b > 1.0 {
+        (a, b) = (1.0 - a, 1.0 - b);
+    }
+    Vec3::new((1.0 - a - b) as f32, a as f32, b as f32)
+}
+
+/// The root of the mean of the squares of three channels.
+fn per_channel(off: Vec3) -> f64 {
+    (f64::from(off.length_squared()) / 3.0).sqrt()
+}
+
+fn encoded(color: Vec4) -> Vec3 {
+    color.truncate().to_array().map(|x| linear_to_srgb(x.clamp(0.0, 1.0))).into()
+}
+
+#[cfg(test)]
+mod tests {
+
+    use image::{ColorType, DynamicImage, Rgb, RgbImage};
+    use seamwise_attr::{Layout, Mesh, Vertices, weld};
+
+    use super::super::{Face, Output, Pair, ShadingMesh, Source};
+    use super::*;
+    use crate::wrap::Wrap;
+
+    /// A square whose UVs are its coordinates, moved by `slide`.
+    fn square(slide: f32) -> Mesh {
+        let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+        let vertices = Vertices {
+            positions: corners.iter().map(|&[x, y]| Vec3::new(x, y, 0.0)).collect(),
+            layout: Layout { uv_sets: 1, normal: true, color: 0 },
+            attributes: corners.iter().flat_map(|[x, y]| [x + slide, *y, 0.0, 0.0, 1.0]).collect(),
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            groups: vec![0; 2],
+            ..Vertices::default()
+        };
+        weld(&vertices).expect("a square").mesh
+    }
+
+    fn measured(role: Role, picture: Option<&Picture>, made: Picture, slide: f32) -> ImageErrors {
+        let (source, level) = (square(0.0), square(slide));
+        let side = |mesh| ShadingMesh { mesh, tangents: &[], charts: &[0; 2] };
+        let source = Source::new(side(&source));
+        let pairs = [Pair { source: &source, level: side(&level) }];
+        let face = |triangle: u32| Face {
+            pair: 0,
+            triangle,
+            reading: 0,
+            uvs: level.triangles[triangle as usize].map(|wedge| level.uv(wedge, 0)),
+        };
+        let readings = vec![Some(Reading { picture, ..Reading::default() })];
+        let outputs = [Output { role, color: ColorType::Rgb8, readings }];
+        let job = Job {
+            pairs: &pairs,
+            faces: &[face(0), face(1)],
+            size: [64; 2],
+            wrap: [Wrap::Clamp; 2],
+            is_in_place: true,
+            outputs: &outputs,
+        };
+        errors(&job, &[made], 4000)[0]
+    }
+
+    /// A ramp of encoded values along u, of `by` over the whole image.
+    fn ramp(by: f32) -> DynamicImage {
+        let value = |x: u32| (40.0 + by * (x as f32 + 0.5) / 64.0).round() as u8;
+        RgbImage::from_fn(64, 64, |x, _| Rgb([value(x), 40, 40])).into()
+    }
+
+    #[test]
+    fn a_slide_costs_the_gradient_and_an_own_image_what_it_lacks() {
+        let picture = |by| Picture::new(&ramp(by), Role::Data).expect("a picture");
+        let errors = measured(Role::Data, Some(&picture(128.0)), picture(128.0), 0.1);
+        // A tenth of 128 of 255, in one channel of three; clamped near the rim.
+        let slid = 0.1 * 128.0 / 255.0 / 3f64.sqrt();
+        assert!((errors.shared / slid - 1.0).abs() < 0.06, "{errors:?} {slid}");
+        assert_eq!((errors.share, errors.own), (1.0, errors.shared));
+        let none = measured(Role::Data, Some(&picture(128.0)), picture(0.0), 0.0);
+        // The root of the mean of x² over 0…1.
+        let lost = 128.0 / 255.0 / 3.0;
+        assert!(none.shared < 1e-6 && (none.own / lost - 1.0).abs() < 0.02, "{none:?} {lost}");
+    }
+
+    #[test]
+    fn a_gained_normal_map_is_held_against_plain_shading() {
+        let lean: DynamicImage = RgbImage::from_pixel(4, 4, Rgb([128, 128, 255])).into();
+        let made = Picture::new(&lean, Role::Normal).expect("a picture");
+        let errors = measured(Role::Normal, None, made, 0.0);
+        assert!(errors.shared < 1e-3 && errors.own < 0.01, "{errors:?}");
+    }
+}
