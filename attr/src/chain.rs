@@ -8,9 +8,10 @@ use crate::error::{Error, Result};
 use crate::facing::Facing;
 use crate::id::{PointId, WedgeId};
 use crate::item::MAX_TRIANGLES;
-use crate::mesh::Mesh;
+use crate::mesh::{Layout, Mesh};
 use crate::options::Options;
 use crate::polish::{Guards, Polish, Source};
+use crate::progressive::log::Log;
 use crate::quadric::MAX_ATTRIBUTES;
 use crate::region_source::RegionSource;
 use crate::regions;
@@ -62,8 +63,19 @@ pub fn simplify_chain(
     options: &Options<'_>,
     removed: &AtomicUsize,
 ) -> Result<Vec<Level>> {
+    run_chain(mesh, targets, options, false, removed).map(|(levels, _)| levels)
+}
+
+/// The same, with the collapses on record if they are asked for.
+pub(crate) fn run_chain(
+    mesh: &Mesh,
+    targets: &[usize],
+    options: &Options<'_>,
+    records: bool,
+    removed: &AtomicUsize,
+) -> Result<(Vec<Level>, Option<Log>)> {
     check(mesh, targets, options)?;
-    let space = Arc::new(Space::of(mesh, options));
+    let space = Arc::new(Space::of(mesh, options).recording(records));
     let max_error = options.settings.max_error.map_or(f64::INFINITY, |limit| limit / space.unit);
     let begin = |region_source: RegionSource<'_>, target: usize| {
         // Regions know no guard: it starts where one queue does.
@@ -76,7 +88,7 @@ pub fn simplify_chain(
         descent.find_pairs();
         descent
     };
-    let Some(&first) = targets.first() else { return Ok(Vec::new()) };
+    let Some(&first) = targets.first() else { return Ok((Vec::new(), None)) };
     let finish = Finish::new(mesh, options);
     let mut descent = begin(RegionSource::Mesh(mesh, Arc::clone(&space)), first);
     let mut levels = Vec::with_capacity(targets.len());
@@ -102,8 +114,12 @@ pub fn simplify_chain(
             stopped = descent.descend_in_steps(target, removed);
         }
         levels.push(finish.level(&descent, target, stopped));
+        if let Some(log) = descent.log() {
+            log.mark_level();
+            log.mark_phase();
+        }
     }
-    Ok(levels)
+    Ok((levels, descent.log().map(std::mem::take)))
 }
 
 /// Makes levels of a descent.
@@ -117,6 +133,11 @@ impl<'a> Finish<'a> {
     /// A maker of levels of `mesh`, simplified with `options`.
     pub(crate) fn new(mesh: &'a Mesh, options: &'a Options<'a>) -> Self {
         Self { mesh, options, color_range: color_range(mesh) }
+    }
+
+    /// Makes a fitted row what it stands for.
+    pub(crate) fn row(&self, row: &mut [f32]) {
+        finish_row(row, self.mesh.layout, &self.color_range);
     }
 
     /// The level that a descent has reached.
@@ -236,15 +257,18 @@ fn finish_attributes(mesh: &mut Mesh, color_range: &[(f32, f32)]) {
     if layout.is_empty() {
         return;
     }
-    for row in mesh.attributes.chunks_exact_mut(layout.len()) {
-        if layout.normal {
-            let normal = &mut row[layout.normal()..][..3];
-            let unit = glam::Vec3::from_slice(normal).normalize_or(glam::Vec3::Z);
-            normal.copy_from_slice(&unit.to_array());
-        }
-        for (channel, &(low, high)) in row[layout.color()..].iter_mut().zip(color_range) {
-            *channel = channel.clamp(low, high);
-        }
+    let rows = mesh.attributes.chunks_exact_mut(layout.len());
+    rows.for_each(|row| finish_row(row, layout, color_range));
+}
+
+fn finish_row(row: &mut [f32], layout: Layout, color_range: &[(f32, f32)]) {
+    if layout.normal {
+        let normal = &mut row[layout.normal()..][..3];
+        let unit = glam::Vec3::from_slice(normal).normalize_or(glam::Vec3::Z);
+        normal.copy_from_slice(&unit.to_array());
+    }
+    for (channel, &(low, high)) in row[layout.color()..].iter_mut().zip(color_range) {
+        *channel = channel.clamp(low, high);
     }
 }
 

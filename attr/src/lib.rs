@@ -16,6 +16,11 @@
 //! are in closed form, so each wedge reduces to a plain quadric in position; their sum is solved
 //! once, and a seam moves as one.
 //!
+//! # Continuous levels
+//!
+//! [`record_chain`] gives with the levels the collapses between them, as a [`ProgressiveMesh`] that is as
+//! fine as it is asked to be, up to the source to the bit.
+//!
 //! # Where a descent ends
 //!
 //! At its targets; where nothing legal is left ([`Stop::NoLegalCollapse`]); before a cost above
@@ -44,6 +49,7 @@ mod motion;
 mod options;
 mod origin;
 mod polish;
+mod progressive;
 mod quadric;
 mod queue;
 mod rank;
@@ -84,6 +90,9 @@ pub use options::Options;
 pub use origin::{Origin, find_origins};
 pub use polish::Polish;
 pub use polish::influences::{Influences, fit_influences};
+pub use progressive::mesh::{Change, Collapse, Extracted, Moved, ProgressiveMesh};
+pub use progressive::order::ProgressiveScene;
+pub use progressive::record::{Recorded, record_chain, record_together};
 pub use quadric::{Gradient, PointQuadric};
 pub use sample::{Sample, sample_surface};
 pub use sets::DisjointSets;

@@ -8,6 +8,7 @@ use glam::DVec3;
 use crate::id::{PointId, TriangleId, WedgeId};
 use crate::mesh::Mesh;
 use crate::metric::Metric;
+use crate::progressive::log::Log;
 use crate::space::Space;
 use crate::working_mesh::{Key, Numbers, WorkingMesh};
 
@@ -78,6 +79,14 @@ impl RegionSource<'_> {
         }
     }
 
+    /// The collapses that have led to it, taken from it.
+    pub(crate) fn take_log(&mut self) -> Option<Log> {
+        match self {
+            Self::Mesh(..) => None,
+            Self::Working(working) => working.log.take(),
+        }
+    }
+
     /// The whole surface as a working mesh.
     pub(crate) fn into_working_mesh(self) -> WorkingMesh {
         match self {
@@ -139,6 +148,7 @@ fn measure(
         point_sources,
         wedge_sources,
         error: 0.0,
+        log: Log::of(space),
     }
 }
 

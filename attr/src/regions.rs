@@ -75,10 +75,16 @@ pub(crate) fn descend(
         let gone = now - count(&pieces);
         removed.fetch_add(gone, Ordering::Relaxed);
         // What was cut goes before the pieces are joined: both at once would be the most memory.
+        let earlier = region_source.take_log();
         drop(region_source);
         let (points, wedges) = (source.positions.len(), source.wedge_points.len());
         let joined = WorkingMesh::join(pieces, &mut Numbers::new(points, wedges));
-        region_source = RegionSource::Working(Box::new(joined.expect("a region at least")));
+        let mut joined = joined.expect("a region at least");
+        if let (Some(mut log), Some(own)) = (earlier, &mut joined.log) {
+            log.append_side_by_side(std::slice::from_ref(own), source.layout.len());
+            *own = log;
+        }
+        region_source = RegionSource::Working(Box::new(joined));
         if (gone as f64) < 0.05 * now as f64 {
             break;
         }

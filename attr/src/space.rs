@@ -49,6 +49,8 @@ pub(crate) struct Space {
     pub(crate) join_distance: f64,
     pub(crate) cost: Cost,
     pub(crate) placement: Placement,
+    /// Whether collapses are kept on record.
+    pub(crate) records: bool,
     /// Per point of the mesh: what the costs around it are multiplied by. Empty if all count alike.
     importance: Vec<f32>,
     /// Per point of the mesh: its color, sRGB in 0…1. Empty if none are given.
@@ -91,6 +93,7 @@ impl Space {
             join_distance: options.settings.join_distance.unwrap_or(0.0) / unit,
             cost: options.settings.cost,
             placement: options.settings.placement,
+            records: false,
             importance: options.importance.to_vec(),
             colors: options.colors.to_vec(),
             motion: motion.map_or([Vec::new(), Vec::new()], |motion| {
@@ -106,6 +109,12 @@ impl Space {
             cards: options.cards.to_vec(),
             locked: options.locked.to_vec(),
         }
+    }
+
+    /// The same, with collapses kept on record or not.
+    pub(crate) fn recording(mut self, records: bool) -> Self {
+        self.records = records;
+        self
     }
 
     /// Adds the user's locks to those of points that stand for `sources`. Either may be empty.

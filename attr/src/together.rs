@@ -20,6 +20,7 @@ use crate::chain::{Finish, Level, check};
 use crate::error::Result;
 use crate::mesh::Mesh;
 use crate::options::Options;
+use crate::progressive::log::Log;
 use crate::regions;
 use crate::settings::Cost;
 use crate::sharing::{Simplifiable, share_out};
@@ -90,9 +91,22 @@ pub fn simplify_together(
     targets: &[usize],
     removed: &AtomicUsize,
 ) -> Result<Vec<Vec<Level>>> {
+    run_together(surfaces, targets, false, removed).map(|(chains, _)| chains)
+}
+
+/// Levels of each surface, and the collapses of each that lead to them.
+type Chains = (Vec<Vec<Level>>, Vec<Log>);
+
+/// The same, with the collapses on record if they are asked for.
+pub(crate) fn run_together(
+    surfaces: &[Shared<'_>],
+    targets: &[usize],
+    records: bool,
+    removed: &AtomicUsize,
+) -> Result<Chains> {
     surfaces.iter().try_for_each(|own| check(own.mesh, targets, &own.options))?;
     let mut members: Vec<Member<'_>> =
-        surfaces.par_iter().map(|own| Member::new(own, removed)).collect();
+        surfaces.par_iter().map(|own| Member::new(own, records, removed)).collect();
     let largest = members.iter().map(|member| member.scale).fold(0.0, f64::max);
     if largest > 0.0 {
         members.iter_mut().for_each(|member| member.scale /= largest);
@@ -107,8 +121,11 @@ pub fn simplify_together(
         };
         let levels: Vec<Level> = members.par_iter().map(emit).collect();
         chains.iter_mut().zip(levels).for_each(|(chain, level)| chain.push(level));
+        members.iter_mut().filter_map(|member| member.descent.log()).for_each(Log::mark_level);
     }
-    Ok(chains)
+    let logs = members.iter_mut().filter_map(|member| member.descent.log());
+    let logs = logs.map(std::mem::take).collect();
+    Ok((chains, logs))
 }
 
 /// Simplifies to `target` triangles. All quadrics are summed anew at once, so that costs are
@@ -118,6 +135,7 @@ fn descend_in_steps(members: &mut [Member<'_>], target: usize) {
         members.par_iter_mut().for_each(Member::rebuild_quadrics);
         let next = target.max((REBUILD_SHARE * count(members) as f64) as usize);
         share_out(members, next);
+        members.iter_mut().filter_map(|member| member.descent.log()).for_each(Log::mark_phase);
         if next == target || count(members) > next {
             return;
         }
@@ -146,9 +164,9 @@ struct Member<'a> {
 }
 
 impl<'a> Member<'a> {
-    fn new(own: &'a Shared<'a>, removed: &'a AtomicUsize) -> Self {
+    fn new(own: &'a Shared<'a>, records: bool, removed: &'a AtomicUsize) -> Self {
         let Shared { mesh, options, .. } = own;
-        let space = Arc::new(Space::of(mesh, options));
+        let space = Arc::new(Space::of(mesh, options).recording(records));
         let max_error =
             options.settings.max_error.map_or(f64::INFINITY, |limit| limit / space.unit);
         let mut descent = Descent::new(mesh, WorkingMesh::new(mesh, &space), Vec::new(), max_error);

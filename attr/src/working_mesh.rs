@@ -7,6 +7,7 @@ use crate::id::{PointId, TriangleId, WedgeId};
 use crate::marks::Marks;
 use crate::mesh::Mesh;
 use crate::metric::Metric;
+use crate::progressive::log::Log;
 use crate::space::Space;
 
 /// A surface, or a piece of one, in the space of the metric.
@@ -23,6 +24,8 @@ pub(crate) struct WorkingMesh {
     pub(crate) wedge_sources: Vec<WedgeId>,
     /// The largest error of a collapse so far, in the units of the metric.
     pub(crate) error: f64,
+    /// The collapses so far, if they are kept on record.
+    pub(crate) log: Option<Log>,
 }
 
 /// The new numbers of points and wedges.
@@ -96,6 +99,7 @@ impl WorkingMesh {
             point_sources,
             wedge_sources: (0..source.wedge_points.len()).map(WedgeId::new).collect(),
             error: 0.0,
+            log: Log::of(space),
         }
     }
 
@@ -114,11 +118,12 @@ impl WorkingMesh {
             point_sources: Vec::with_capacity(points),
             wedge_sources: Vec::with_capacity(wedges),
             error: 0.0,
+            log: Log::of(space),
         }
     }
 
     /// Several pieces as one. Points and wedges that stand for the same are the same.
-    pub(crate) fn join(pieces: Vec<Self>, numbers: &mut Numbers) -> Option<Self> {
+    pub(crate) fn join(mut pieces: Vec<Self>, numbers: &mut Numbers) -> Option<Self> {
         let first = &pieces.first()?.metric;
         let sum = |count: fn(&Self) -> usize| pieces.iter().map(count).sum();
         let sizes = [
@@ -128,6 +133,10 @@ impl WorkingMesh {
         ];
         let mut joined = Self::empty(&first.space, first.attributes, sizes);
         numbers.clear();
+        if let Some(log) = &mut joined.log {
+            let logs: Vec<Log> = pieces.iter_mut().filter_map(|piece| piece.log.take()).collect();
+            log.append_side_by_side(&logs, joined.metric.space.layout.len());
+        }
         for piece in pieces {
             joined.error = joined.error.max(piece.error);
             for triangle in (0..piece.triangles.len()).map(TriangleId::new) {
@@ -138,15 +147,16 @@ impl WorkingMesh {
     }
 
     /// The same surface without the points and wedges that no triangle uses.
-    pub(crate) fn compact(&self) -> Self {
+    pub(crate) fn compact(mut self) -> Self {
         let left = self.triangles.len();
         // A surface has about half as many points as triangles, and hardly more wedges.
         let sizes = [left, left * 5 / 8, left * 5 / 8];
         let mut working = Self::empty(&self.metric.space, self.metric.attributes, sizes);
         working.error = self.error;
+        working.log = self.log.take();
         let mut numbers = Numbers::new(self.point_sources.len(), self.wedge_sources.len());
         for triangle in (0..left).map(TriangleId::new) {
-            working.add(self, triangle, Key::Own, &mut numbers);
+            working.add(&self, triangle, Key::Own, &mut numbers);
         }
         working
     }

@@ -1,5 +1,6 @@
 //! The promises of the descent and of the polish, on meshes of all kinds.
 
+mod progressive;
 mod sound;
 
 use arbitrary::Unstructured;

@@ -18,6 +18,7 @@ use crate::item::Item;
 use crate::marks::Marks;
 use crate::mesh::{Layout, Mesh};
 use crate::metric::Metric;
+use crate::progressive::log::{Log, Names};
 use crate::queue::Queue;
 use crate::rank::{edge_bounds, rank_all};
 use crate::settings::{Cost, Limits, Placement};
@@ -102,6 +103,8 @@ pub(crate) struct Descent<'a> {
     crowd: Crowd,
     /// The largest error so far, in the units of the metric.
     error: f64,
+    /// The collapses so far, if they are kept on record.
+    log: Option<Log>,
 }
 
 impl<'a> Descent<'a> {
@@ -144,6 +147,7 @@ impl<'a> Descent<'a> {
             is_held_back: false,
             crowd,
             error: working.error,
+            log: working.log,
             topology,
         }
     }
@@ -182,6 +186,11 @@ impl<'a> Descent<'a> {
     /// Root of the largest area-weighted cost of any collapse so far, in the units of the mesh.
     pub(crate) fn error(&self) -> f64 {
         self.error * self.metric.space.unit
+    }
+
+    /// The record of the collapses so far, if there is one.
+    pub(crate) fn log(&mut self) -> Option<&mut Log> {
+        self.log.as_mut()
     }
 
     /// Collapses until at most `target` triangles are left, counting on `removed` as it goes.
@@ -286,11 +295,19 @@ impl<'a> Descent<'a> {
     fn apply(&mut self, Candidate { cost, position }: Candidate) -> Result<usize, Stop> {
         self.record_error(cost, self.plan.weight())?;
         let (before, kept) = (self.triangles(), self.plan.points()[0]);
+        if let Some(log) = &mut self.log {
+            log.begin(&self.plan, Names::of(&self.point_sources, &self.wedge_sources));
+        }
         self.pass_on_sources(position);
         if let Some(guard) = &mut self.guard {
             guard.keep(&self.plan);
         }
         self.plan.apply(&mut self.topology, &mut self.metric, position);
+        if let Some(log) = &mut self.log {
+            let names = Names::of(&self.point_sources, &self.wedge_sources);
+            let error = self.error * self.metric.space.unit;
+            log.end(&self.plan, names, (&self.topology, &self.metric, &self.groups), error);
+        }
         self.retry_around(kept);
         Ok(before - self.triangles())
     }

@@ -23,6 +23,7 @@ impl Descent<'_> {
             point_sources: self.point_sources,
             wedge_sources: self.wedge_sources,
             error: self.error,
+            log: self.log,
         }
     }
 

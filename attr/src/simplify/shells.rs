@@ -70,6 +70,9 @@ impl Descent<'_> {
             return Ok(0);
         }
         self.record_error(end.area * end.radius * end.radius, end.area)?;
+        if let Some(log) = &mut self.log {
+            log.remove_shell(self.point_sources[points[0]], self.error * self.metric.space.unit);
+        }
         for &triangle in &shell {
             self.topology.remove(triangle);
         }

@@ -224,13 +224,34 @@ impl Made<'_> {
 /// The welded mesh of a recipe and its levels, as the descent leaves them and polished; `None` if
 /// the recipe makes no triangle.
 pub(crate) fn chains(recipe: &Recipe) -> Option<(Mesh, [Vec<Level>; 2])> {
+    with_options(recipe, |mesh, targets, options| {
+        let done = AtomicUsize::new(0);
+        let levels = simplify_chain(mesh, targets, options, &done).expect("levels");
+        let mut polished = levels.clone();
+        let polish = Polish::default();
+        polish_chain(mesh, &mut polished, options, &polish, &done).expect("polished levels");
+        assert!(
+            options.settings.max_deviation.is_some()
+                || levels.iter().all(|level| level.stopped != Some(Stop::Deviation)),
+            "stopped by a limit that nobody gave"
+        );
+        [levels, polished]
+    })
+}
+
+/// The welded mesh of a recipe, and what `run` makes of it, its targets and its options; `None` if the recipe
+/// makes no triangle.
+pub(crate) fn with_options<T>(
+    recipe: &Recipe,
+    run: impl FnOnce(&Mesh, &[usize], &Options<'_>) -> T,
+) -> Option<(Mesh, T)> {
     let mesh = weld(&recipe.vertices()).expect("a mesh").mesh;
     if mesh.triangles.is_empty() {
         return None;
     }
     let count = mesh.triangles.len() as f64;
     let targets: Vec<usize> = recipe.shares.iter().map(|s| (s * count) as usize).collect();
-    let (wishes, points, done) = (&recipe.wishes, 0..mesh.positions.len(), AtomicUsize::new(0));
+    let (wishes, points) = (&recipe.wishes, 0..mesh.positions.len());
     let importance: Vec<f32> = points.clone().map(|point| 8.0 * recipe.noise(point)).collect();
     let colors: Vec<[f32; 3]> =
         points.clone().map(|point| [0, 1, 2].map(|at| recipe.noise(3 * point + at))).collect();
@@ -253,16 +274,8 @@ pub(crate) fn chains(recipe: &Recipe) -> Option<(Mesh, [Vec<Level>; 2])> {
         locked: if wishes.locked { &locked } else { &[] },
         ..Options::default()
     };
-    let levels = simplify_chain(&mesh, &targets, &options, &done).expect("levels");
-    let mut polished = levels.clone();
-    let polish = Polish::default();
-    polish_chain(&mesh, &mut polished, &options, &polish, &done).expect("polished levels");
-    assert!(
-        wishes.max_deviation.is_some()
-            || levels.iter().all(|level| level.stopped != Some(Stop::Deviation)),
-        "stopped by a limit that nobody gave"
-    );
-    Some((mesh, [levels, polished]))
+    let made = run(&mesh, &targets, &options);
+    Some((mesh, made))
 }
 
 /// Whatever the mesh: each level is a mesh, not larger than the one before, at its target or with a
