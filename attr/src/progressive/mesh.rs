@@ -32,6 +32,22 @@ pub struct ProgressiveMesh {
     pub(super) counts: Vec<usize>,
     /// The numbers of collapses at which levels were made.
     pub(super) levels: Vec<usize>,
+    /// In the order of their places.
+    pub(super) settles: Vec<Settle>,
+}
+
+/// The values that a mesh takes where a level was made.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Settle {
+    /// The number of collapses done there.
+    pub(super) at: usize,
+    /// The points and wedges that are there, with their values on the other side, and what they move by.
+    pub(super) points: Vec<PointId>,
+    pub(super) positions: Vec<Vec3>,
+    pub(super) moves: Vec<Vec3>,
+    pub(super) wedges: Vec<WedgeId>,
+    pub(super) rows: Vec<f32>,
+    pub(super) row_moves: Vec<f32>,
 }
 
 /// Ends of a collapse in the flat lists.
@@ -160,6 +176,7 @@ impl ProgressiveMesh {
     pub fn refine(&mut self, n: usize) -> usize {
         let n = n.min(self.applied);
         for _ in 0..n {
+            self.settle_here();
             self.applied -= 1;
             self.undo(self.applied);
         }
@@ -172,8 +189,27 @@ impl ProgressiveMesh {
         for _ in 0..n {
             self.apply(self.applied);
             self.applied += 1;
+            self.settle_here();
         }
         n
+    }
+
+    /// Takes the values of the level that was made here, or gives them back.
+    fn settle_here(&mut self) {
+        if let Ok(at) = self.settles.binary_search_by_key(&self.applied, |settle| settle.at) {
+            self.swap_settled(at);
+        }
+    }
+
+    pub(super) fn swap_settled(&mut self, at: usize) {
+        let (settle, width) = (&mut self.settles[at], self.mesh.layout.len());
+        for (&point, position) in settle.points.iter().zip(&mut settle.positions) {
+            std::mem::swap(&mut self.mesh.positions[point], position);
+        }
+        for (at, wedge) in settle.wedges.iter().enumerate() {
+            let own = &mut self.mesh.attributes[wedge.index() * width..][..width];
+            own.swap_with_slice(&mut settle.rows[at * width..][..width]);
+        }
     }
 
     /// Refines or coarsens until so many collapses are done, or all there are.
@@ -194,8 +230,8 @@ impl ProgressiveMesh {
         self.extract().mesh
     }
 
-    /// The mesh as it is now.
-    pub fn extract(&self) -> Extracted {
+    /// The mesh as its collapses have left it.
+    pub(super) fn extract_recorded(&self) -> Extracted {
         let (mut out, state) = (Extracted::default(), &self.mesh);
         out.mesh.layout = state.layout;
         let mut new_points = vec![None; state.positions.len()];
@@ -269,7 +305,7 @@ impl ProgressiveMesh {
 
     /// Changes the values on record of merged points and wedges, as with another frame: `position` and
     /// `row` get each with the point or wedge whose number it goes on by. The lists of `source` take the place of
-    /// the mesh's own.
+    /// the mesh's own, and it is settled nowhere any more.
     ///
     /// # Errors
     /// [`Error::Invalid`] if `source` has other triangles.
@@ -280,6 +316,7 @@ impl ProgressiveMesh {
         row: impl Fn(WedgeId, &mut [f32]),
     ) -> Result<()> {
         self.seek(0);
+        self.settles.clear();
         let is_same = self.mesh.triangles == source.triangles
             && self.mesh.wedge_points == source.wedge_points
             && self.mesh.layout == source.layout;

@@ -72,6 +72,7 @@ impl Replay {
             triangles: Vec::new(),
             counts: vec![source.triangles.len()],
             levels: Vec::new(),
+            settles: Vec::new(),
         };
         Self { out, corners }
     }

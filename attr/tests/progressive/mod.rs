@@ -9,8 +9,9 @@ use glam::Vec3;
 use proptest::prelude::*;
 use rayon::ThreadPoolBuilder;
 use seamwise_attr::{
-    Extracted, Layout, Level, Mesh, Options, PointId, ProgressiveMesh, Recorded, Shared, Vertices,
-    WedgeId, record_chain, record_together, simplify_chain, simplify_together, weld,
+    Extracted, Layout, Level, Mesh, Options, PointId, Polish, ProgressiveMesh, Recorded, Shared,
+    Vertices, WedgeId, polish_chain, record_chain, record_together, simplify_chain,
+    simplify_together, weld,
 };
 
 fn recorded(recipe: &Recipe) -> Option<(Mesh, (Recorded, Vec<Level>))> {
@@ -169,6 +170,40 @@ fn attributes_at_a_level_are_those_of_the_level() {
         assert_is_level(&mesh.extract(), level, &source);
     }
     assert!(mesh.collapses() > 500);
+}
+
+#[test]
+fn a_settled_mesh_is_each_polished_level_to_the_bit_and_does_not_jump_between() {
+    let source = hills(24);
+    let (options, done) = (Options::default(), AtomicUsize::new(0));
+    let targets = [600, 300, 100, 40];
+    let Recorded { mut levels, scene } = record_chain(&source, &targets, &options, &done).unwrap();
+    polish_chain(&source, &mut levels[0], &options, &Polish::default(), &done).unwrap();
+    let mut mesh = scene.meshes()[0].clone();
+    mesh.settle(&levels[0].iter().collect::<Vec<_>>());
+    mesh.validate().unwrap();
+    for (level, target) in levels[0].iter().zip(targets) {
+        assert!(mesh.mesh_at(target) == level.mesh, "{target}");
+    }
+    mesh.seek(0);
+    assert!(mesh.state() == &source);
+    // One collapse before a level and at it: all but what that collapse moves stays.
+    let places = mesh.levels().to_vec();
+    let length = |a: Vec3, b: Vec3| f64::from(a.distance(b));
+    for at in places {
+        mesh.seek(at - 1);
+        let (before, gone) = (mesh.extract(), mesh.collapse(at - 1).points.to_vec());
+        mesh.seek(at);
+        let after = mesh.extract();
+        let there: HashMap<PointId, Vec3> =
+            after.points.iter().copied().zip(after.mesh.positions.iter().copied()).collect();
+        let stays = before.points.iter().zip(&before.mesh.positions);
+        let moves = stays
+            .filter(|(point, _)| !gone.contains(point))
+            .filter_map(|(point, p)| Some(length(*p, *there.get(point)?)));
+        let farthest = moves.fold(0.0, f64::max);
+        assert!(farthest < 2e-3, "{farthest} at {at}");
+    }
 }
 
 #[test]
