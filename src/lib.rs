@@ -17,6 +17,8 @@
 //! - [`repair`] fills the atlases of a file and leaves the rest as it is.
 //! - [`inspect`](mod@inspect) tells what is in a file.
 //! - [`report`] tells what was done as JSON, as a table and as a page.
+//! - [`progressive`] writes all levels between the coarsest and the source as one file, and reads any of
+//!   them.
 //! - [`export`] makes documents of levels and files of documents, and puts these where they belong.
 //! - [`transfer`] makes textures for each level, sampled from the source.
 //! - [`level`] turns a simplified surface back into primitives, as small integers if it is asked to.
@@ -67,6 +69,7 @@ pub mod inspect;
 pub mod level;
 pub mod limit;
 pub mod progress;
+pub mod progressive;
 pub mod repair;
 pub mod report;
 pub mod screen;

@@ -93,6 +93,7 @@ pub use polish::influences::{Influences, fit_influences};
 pub use progressive::mesh::{Change, Collapse, Extracted, Moved, ProgressiveMesh};
 pub use progressive::order::ProgressiveScene;
 pub use progressive::record::{Recorded, record_chain, record_together};
+pub use progressive::settle::Unsettled;
 pub use quadric::{Gradient, PointQuadric};
 pub use sample::{Sample, sample_surface};
 pub use sets::DisjointSets;

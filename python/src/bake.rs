@@ -187,6 +187,7 @@ impl Keywords {
             format: formats[format],
             layout: layouts[layout],
             share_vertices: false,
+            progressive: false,
         })
     }
 }

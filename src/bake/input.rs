@@ -39,13 +39,14 @@ impl Input<'_> {
     }
 
     /// The files that a bake writes into `folder`: the levels, the finest first, then all of them
-    /// in one if the layout has that, then the page if there is to be one, and last the report. Images,
+    /// in one if the layout has that, then the progressive file and the page if there is to be one, and last the report. Images,
     /// if they are not in these, go into a folder `<stem>_textures` there.
     pub fn outputs(&self, folder: &Path, options: &BakeOptions) -> Vec<PathBuf> {
         let stem = self.stem();
         let documents = options.output.names(&stem, options.targets.count());
         let page = options.report.filter(|page| !page.apart).map(|_| format!("{stem}.html"));
-        let names = options.output.files(&documents).into_iter().chain(page);
+        let progressive = options.output.progressive_file(&stem);
+        let names = options.output.files(&documents).into_iter().chain(progressive).chain(page);
         names.map(|name| folder.join(name)).chain([self.report(folder)]).collect()
     }
 

@@ -38,6 +38,7 @@ use crate::level::lods::Lods;
 use crate::level::textures::LevelTextures;
 use crate::level::{AssetLevel, LevelAssembly};
 use crate::progress::Progress;
+use crate::progressive::write::progressive_glb;
 use crate::report::html::{Extras, bake_page};
 use crate::report::level_textures::draw_level_textures;
 use crate::report::pictures::{Gallery, draw_atlases};
@@ -53,7 +54,7 @@ use fragments::warn_of_fragments;
 pub use input::Input;
 use options::{BakeOptions, Textures};
 use report::{input_report, level_reports};
-use simplify::{grow_all, polish_all, settle_all, simplify_all};
+use simplify::{Simplified, grow_all, polish_all, settle_all, simplify_all};
 use trials::Tried;
 use unsimplified::{Surfaces, warn_of_whole_levels};
 use view::view_all;
@@ -187,16 +188,24 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
     warn_of_fragments(&asset, &geometries, options, &mut warnings)?;
     let steering = options.steering.resolve(&asset, &geometries, options.reading.memory_limit)?;
     let simplify = || simplify_all(&geometries, &steering, options, progress);
-    let mut chains = clock.time("simplify", |s| &mut s.simplify, simplify)?;
+    let mut simplified = clock.time("simplify", |s| &mut s.simplify, simplify)?;
     if let Some(polish) = &options.polish {
-        let run = || polish_all(&geometries, &mut chains, &steering, polish, progress);
+        let run = || {
+            simplified
+                .all()
+                .try_for_each(|chains| polish_all(&geometries, chains, &steering, polish, progress))
+        };
         clock.time("polish", |s| &mut s.polish, run)?;
     }
     let settle = || {
-        settle_all(&asset, &geometries, &mut chains, &steering)?;
-        keep_colors(&asset, &geometries, &mut chains, options.reading.memory_limit)
+        simplified.all().try_for_each(|chains| {
+            settle_all(&asset, &geometries, chains, &steering)?;
+            keep_colors(&asset, &geometries, chains, options.reading.memory_limit)
+        })
     };
     clock.time("polish", |s| &mut s.polish, settle)?;
+    simplified.settle();
+    let Simplified { chains, scene, .. } = simplified;
     let mut lods = Lods::from_chains(chains, options.targets.count())?;
     let repairs = clock.time("repair", |s| &mut s.repair, || repair_images(&asset, options))?;
     let images =
@@ -254,7 +263,11 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
         let BakeOptions { output, screen, .. } = *options;
         let chain = Chain { asset: &asset, levels: &assembled, images: &images, output, screen };
         let documents = chain.documents(levels, measured.as_ref(), &input.stem())?;
-        options.output.encode(&input.stem(), &documents)
+        let mut files = options.output.encode(&input.stem(), &documents)?;
+        if let (Some(scene), Some(name)) = (&scene, output.progressive_file(&input.stem())) {
+            files.push((name, progressive_glb(&asset, &images, &geometries, scene)?));
+        }
+        Ok(files)
     };
     let files = clock.time("write", |s| &mut s.write, encode)?;
     let levels = level_reports(&asset, &assembled, &lods, &steering, options, measured.as_ref());

@@ -7,8 +7,8 @@ use std::sync::atomic::AtomicUsize;
 use glam::DMat4;
 use rayon::prelude::*;
 use seamwise_attr::{
-    Layered, Level, Mesh, Placement, Polish, Shared, grow_cards, keep_fronts, polish_chain,
-    simplify_chain, simplify_together,
+    Layered, Level, Mesh, Placement, Polish, ProgressiveMesh, ProgressiveScene, Shared, grow_cards,
+    keep_fronts, polish_chain, record_chain, record_together, simplify_chain, simplify_together,
 };
 
 use super::options::{BakeOptions, BudgetPer};
@@ -26,7 +26,7 @@ pub(crate) fn simplify_all(
     steering: &[MeshSteering],
     options: &BakeOptions,
     progress: &Progress,
-) -> Result<Vec<Vec<Level>>> {
+) -> Result<Simplified> {
     let least = options.targets.counts(triangle_count(geometries)).last().copied();
     let to_remove = least.map_or(0, |least| triangle_count(geometries).saturating_sub(least));
     let meshes: Vec<Cow<'_, Mesh>> =
@@ -37,15 +37,92 @@ pub(crate) fn simplify_all(
             simplify_separately(&meshes, steering, options, (progress, removed))
         }
     };
-    let mut chains = progress.stage("simplify", to_remove, simplify)?;
-    let levels = chains.par_iter_mut().zip(&meshes).zip(geometries).zip(steering);
+    let mut own = progress.stage("simplify", to_remove, simplify)?;
+    let levels = own.chains.par_iter_mut().zip(&meshes).zip(geometries).zip(steering);
     levels.for_each(|(((chain, mesh), geometry), steering)| {
         if let Some(frame) = steering.frame() {
             let source = &geometry.welded.mesh;
             chain.iter_mut().for_each(|level| frame.bring_back(level, source, mesh));
         }
     });
-    Ok(chains)
+    if let Some(scene) = &mut own.scene {
+        let bring_back = |(at, record): (usize, &mut ProgressiveMesh)| match steering[at].frame() {
+            Some(frame) => {
+                frame.bring_record_back(record, &geometries[at].welded.mesh, &meshes[at])
+            }
+            None => Ok(()),
+        };
+        scene.map_meshes(bring_back).map_err(|error| internal(&error))?;
+    }
+    own.find_between();
+    Ok(own)
+}
+
+/// Levels of all surfaces.
+pub(crate) struct Simplified {
+    /// One entry per surface.
+    pub(crate) chains: Vec<Vec<Level>>,
+    /// All that lies between the levels, if it is on record.
+    pub(crate) scene: Option<ProgressiveScene>,
+    /// Further levels of each surface between those, to be polished as they are.
+    between: Vec<Vec<Level>>,
+    /// One per surface: collapses until each of them.
+    places: Vec<Vec<usize>>,
+}
+
+/// A record is polished each time that the surface has shrunk to this share, and at its levels.
+const POLISH_SHARE: f64 = 0.8;
+
+impl Simplified {
+    fn new(chains: Vec<Vec<Level>>, scene: Option<ProgressiveScene>) -> Self {
+        Self {
+            between: vec![Vec::new(); chains.len()],
+            places: vec![Vec::new(); chains.len()],
+            chains,
+            scene,
+        }
+    }
+
+    /// The levels of each surface; then those between them, if there is a record.
+    pub(crate) fn all(&mut self) -> impl Iterator<Item = &mut [Vec<Level>]> {
+        let between = self.scene.is_some().then_some(&mut self.between);
+        [&mut self.chains].into_iter().chain(between).map(Vec::as_mut_slice)
+    }
+
+    /// Takes further levels from the record.
+    fn find_between(&mut self) {
+        let Some(scene) = &mut self.scene else { return };
+        scene.seek(scene.order().len());
+        let (source, least) = (scene.triangles_after(0), scene.triangles() as f64);
+        let mut share = POLISH_SHARE;
+        while share * source as f64 > least {
+            scene.seek(scene.collapses_to((share * source as f64) as usize));
+            for (at, record) in scene.meshes().iter().enumerate() {
+                self.places[at].push(record.applied());
+                self.between[at].push(record.level());
+            }
+            share *= POLISH_SHARE;
+        }
+        scene.seek(0);
+    }
+
+    /// Takes the levels as they are by now into the record.
+    pub(crate) fn settle(&mut self) {
+        let Self { chains, scene, between, places } = self;
+        if let Some(scene) = scene {
+            let settle = |(at, record): (usize, &mut ProgressiveMesh)| {
+                let own = record.levels().iter().copied().zip(&chains[at]);
+                let further = places[at].iter().copied().zip(&between[at]);
+                let mut all: Vec<(usize, &Level)> = own.chain(further).collect();
+                // Sorted as they come: of two at one place that of the bake.
+                all.sort_by_key(|(place, _)| *place);
+                let (places, levels): (Vec<usize>, Vec<&Level>) = all.into_iter().unzip();
+                record.settle(&places, &levels);
+                Ok::<_, std::convert::Infallible>(())
+            };
+            let Ok(()) = scene.map_meshes(settle);
+        }
+    }
 }
 
 /// A surface in the frame that it is shown in.
@@ -64,16 +141,27 @@ fn simplify_separately(
     steering: &[MeshSteering],
     options: &BakeOptions,
     (progress, removed): (&Progress, &AtomicUsize),
-) -> Result<Vec<Vec<Level>>> {
+) -> Result<Simplified> {
+    let records = options.output.progressive;
     let shares = options.targets.shares(count(meshes));
     let simplify = |(mesh, steering): (&Cow<'_, Mesh>, &MeshSteering)| {
         progress.check("simplify")?;
         let least = if meshes.len() > 1 { MIN_TRIANGLES } else { 1 };
         let targets = targets(mesh, &shares, least);
-        simplify_chain(mesh, &targets, &steering.options(), removed)
-            .map_err(|error| internal(&error))
+        let options = steering.options();
+        let own = if records {
+            record_chain(mesh, &targets, &options, removed).map(|own| {
+                (own.levels.into_iter().next().unwrap_or_default(), own.scene.into_meshes())
+            })
+        } else {
+            simplify_chain(mesh, &targets, &options, removed).map(|levels| (levels, Vec::new()))
+        };
+        own.map_err(|error| internal(&error))
     };
-    meshes.par_iter().zip(steering).map(simplify).collect()
+    let all: Vec<_> = meshes.par_iter().zip(steering).map(simplify).collect::<Result<_>>()?;
+    let (chains, records_of): (Vec<_>, Vec<_>) = all.into_iter().unzip();
+    let scene = records.then(|| ProgressiveScene::side_by_side(records_of.concat()));
+    Ok(Simplified::new(chains, scene))
 }
 
 /// Simplifies all surfaces to common targets.
@@ -82,7 +170,7 @@ fn together(
     steering: &[MeshSteering],
     options: &BakeOptions,
     removed: &AtomicUsize,
-) -> Result<Vec<Vec<Level>>> {
+) -> Result<Simplified> {
     let surfaces: Vec<Shared<'_>> = meshes
         .iter()
         .zip(steering)
@@ -93,7 +181,14 @@ fn together(
         })
         .collect();
     let counts = options.targets.counts(count(meshes));
-    simplify_together(&surfaces, &counts, removed).map_err(|error| internal(&error))
+    let own = if options.output.progressive {
+        record_together(&surfaces, &counts, removed)
+            .map(|own| Simplified::new(own.levels, Some(own.scene)))
+    } else {
+        let chains = simplify_together(&surfaces, &counts, removed);
+        chains.map(|chains| Simplified::new(chains, None))
+    };
+    own.map_err(|error| internal(&error))
 }
 
 /// Fits the levels to their surfaces, the surfaces in parallel; `steering` has one entry per

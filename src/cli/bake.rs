@@ -333,7 +333,7 @@ fn is_number(path: &Path) -> bool {
 }
 
 /// Reads a share.
-fn parse_ratio(text: &str) -> std::result::Result<f64, String> {
+pub(super) fn parse_ratio(text: &str) -> std::result::Result<f64, String> {
     if let Some(percents) = text.strip_suffix('%').and_then(|own| own.trim().parse::<f64>().ok()) {
         return Err(format!("shares are of 1: did you mean {}?", percents / 100.0));
     }

@@ -5,6 +5,7 @@ mod batch;
 mod common;
 mod config;
 mod evaluate;
+mod extract;
 mod goals;
 mod look;
 mod output;
@@ -23,6 +24,7 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 pub(crate) use bake::{BakeArgs, Source, Target, is_dash};
 pub(crate) use common::Common;
 pub(crate) use evaluate::EvaluateArgs;
+pub(crate) use extract::ExtractArgs;
 pub(crate) use look::{InspectArgs, SelectArgs};
 pub(crate) use reading::ReadingArgs;
 pub(crate) use repair::RepairArgs;
@@ -51,6 +53,8 @@ pub(crate) enum Command {
     Bake(Box<BakeArgs>),
     /// Fill the texels around the charts of a texture atlas, so that its seams do not bleed.
     Repair(RepairArgs),
+    /// Make a level of any size of a progressive file.
+    Extract(ExtractArgs),
     /// Say how far models are from a reference.
     Evaluate(EvaluateArgs),
     /// Say what an asset is made of, and where its atlases would bleed.
@@ -79,6 +83,7 @@ const SHORT: [(&str, &[&str]); 4] = [
             "textures",
             "compress",
             "layout",
+            "progressive",
             "no_evaluate",
             "report",
             "resume",

@@ -25,6 +25,12 @@ pub(crate) struct OutputArgs {
     /// takes which file.
     #[arg(long, value_enum)]
     layout: Option<LayoutArg>,
+    /// Write <stem>_progressive.glb too: all levels between the coarsest and the source.
+    ///
+    /// Any reader of glTF shows its coarsest level; `seamwise extract` makes any other of it, with all splits
+    /// the source to the bit. Textures are the source's, filled unless they are kept.
+    #[arg(long)]
+    progressive: bool,
     /// Let all levels keep vertices of the source, stored once in the file of all levels.
     ///
     /// As --placement ends, without a polish; the vertices are ordered so that each level reads a prefix
@@ -59,7 +65,7 @@ enum LayoutArg {
 impl OutputArgs {
     /// Whether a level is more than one file, or there is one of all levels.
     pub(super) fn is_several(&self) -> bool {
-        self.layout() != Layout::None || matches!(self.format, FormatArg::Gltf)
+        self.progressive || self.layout() != Layout::None || matches!(self.format, FormatArg::Gltf)
     }
 
     fn layout(&self) -> Layout {
@@ -88,6 +94,7 @@ impl OutputArgs {
             },
             layout: self.layout(),
             share_vertices: self.share_vertices,
+            progressive: self.progressive,
         })
     }
 }

@@ -5,6 +5,7 @@ mod bake_report;
 mod bars;
 mod console;
 mod evaluate;
+mod extract;
 mod inspect;
 mod repair;
 mod select;
@@ -13,6 +14,7 @@ mod view;
 
 pub(crate) use bake::bake;
 pub(crate) use evaluate::evaluate;
+pub(crate) use extract::extract;
 pub(crate) use inspect::inspect;
 pub(crate) use repair::repair;
 pub(crate) use select::select;

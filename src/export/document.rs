@@ -240,7 +240,7 @@ fn nothing(packer: &mut Packer) -> Value {
 }
 
 /// The accessors of a level's part.
-fn add_geometry(packer: &mut Packer, part: &LevelPart) -> Value {
+pub(crate) fn add_geometry(packer: &mut Packer, part: &LevelPart) -> Value {
     let mut add_all = |attributes: &[Named]| {
         let add = |(name, elements): &Named| {
             (name.clone(), json!(packer.add_vertices(elements, name == "POSITION")))
@@ -256,7 +256,7 @@ fn add_geometry(packer: &mut Packer, part: &LevelPart) -> Value {
 }
 
 /// A primitive of the source with a list of triangles of other accessors.
-fn with_geometry(source: &Value, geometry: Value) -> Result<Value> {
+pub(crate) fn with_geometry(source: &Value, geometry: Value) -> Result<Value> {
     let mut json = source.clone();
     let (Some(object), Value::Object(geometry)) = (json.as_object_mut(), geometry) else {
         return Err(Error::internal("a primitive that was read is not an object"));

@@ -38,6 +38,9 @@ pub struct OutputOptions {
     /// That makes it smaller if levels keep vertices of the source, as they do with
     /// [`Placement::Ends`](seamwise_attr::Placement::Ends); else they have next to none in common.
     pub share_vertices: bool,
+    /// Whether a further file holds all levels between the coarsest and the source: see
+    /// [`progressive`](crate::progressive).
+    pub progressive: bool,
 }
 
 /// The characters that are escaped in a URI.
@@ -55,6 +58,11 @@ impl OutputOptions {
         let names = (1..=levels).map(|level| format!("{stem}_lod{level}"));
         let all = (self.layout != Layout::None).then(|| stem.to_owned());
         names.chain(all).collect()
+    }
+
+    /// The name of the progressive file, if there is to be one.
+    pub(crate) fn progressive_file(&self, stem: &str) -> Option<String> {
+        self.progressive.then(|| format!("{stem}_progressive.glb"))
     }
 
     /// The files of documents of these names, but for images, which may be in a folder beside them.

@@ -47,6 +47,12 @@ impl Similarity {
         (turned / self.scale).as_vec3()
     }
 
+    /// The way from the surface to the mesh.
+    pub(crate) fn back(&self) -> DMat4 {
+        let scale = DVec3::splat(self.scale);
+        DMat4::from_scale_rotation_translation(scale, self.rotation, self.translation).inverse()
+    }
+
     /// A direction on the mesh as one on the surface.
     pub(crate) fn direction(&self, direction: Vec3) -> Vec3 {
         (self.rotation * direction.as_dvec3()).as_vec3()

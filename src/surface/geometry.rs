@@ -391,7 +391,7 @@ fn normal_uv(asset: &Asset, primitive: &Primitive) -> Result<usize> {
 
 impl Part {
     /// The bytes that decide how a vertex moves.
-    fn motion(&self, vertex: usize) -> Vec<u8> {
+    pub(crate) fn motion(&self, vertex: usize) -> Vec<u8> {
         let skin = self.carried.iter().filter(|(name, _)| is_motion(name));
         let morph = self.targets.iter().flatten().filter(|(name, _)| name == "POSITION");
         concat(skin.chain(morph), vertex)

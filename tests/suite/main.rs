@@ -24,6 +24,7 @@ mod output;
 mod outside;
 mod palettes;
 mod pictures;
+mod progressive;
 mod repair;
 mod repair_alone;
 mod report;

@@ -6,4 +6,4 @@ pub(crate) mod mesh;
 pub(crate) mod order;
 pub(crate) mod record;
 mod replay;
-mod settle;
+pub(crate) mod settle;

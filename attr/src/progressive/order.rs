@@ -57,6 +57,11 @@ impl ProgressiveScene {
         &self.meshes
     }
 
+    /// The surfaces alone.
+    pub fn into_meshes(self) -> Vec<ProgressiveMesh> {
+        self.meshes
+    }
+
     /// Brings the surfaces into another frame; their collapses stay.
     ///
     /// # Errors
@@ -86,6 +91,11 @@ impl ProgressiveScene {
     /// Triangles now.
     pub fn triangles(&self) -> usize {
         self.counts[self.applied]
+    }
+
+    /// Triangles after so many collapses.
+    pub fn triangles_after(&self, collapses: usize) -> usize {
+        self.counts[collapses.min(self.order.len())]
     }
 
     /// Refines or coarsens until so many collapses are done, or all there are.

@@ -7,16 +7,22 @@
 use glam::Vec3;
 
 use crate::chain::Level;
-use crate::id::WedgeId;
+use crate::id::{PointId, WedgeId};
 use crate::mesh::Mesh;
 use crate::progressive::mesh::{Collapse, Extracted, ProgressiveMesh, Settle};
 
 impl ProgressiveMesh {
-    /// Takes positions and attributes of levels, one for each of [`levels`](Self::levels), where those were
-    /// made. Those of levels that are named twice count once.
-    pub fn settle(&mut self, levels: &[&Level]) {
+    /// The mesh as its collapses have left it, as a level.
+    pub fn level(&self) -> Level {
+        let Extracted { mesh, points, wedges } = self.extract_recorded();
+        let (target, error) = (mesh.triangles.len(), f64::from(self.error()));
+        Level { mesh, point_sources: points, wedge_sources: wedges, target, error, stopped: None }
+    }
+
+    /// Takes positions and attributes of levels, each after so many collapses, the finest first: those of
+    /// [`levels`](Self::levels), or any between. Of two at one place the first counts.
+    pub fn settle(&mut self, places: &[usize], levels: &[&Level]) {
         self.seek(0);
-        let places = self.levels().to_vec();
         for (&at, level) in places.iter().zip(levels) {
             if at > self.settles.last().map_or(0, |last| last.at) {
                 self.seek(at);
@@ -26,6 +32,20 @@ impl ProgressiveMesh {
             }
         }
         self.seek(0);
+    }
+
+    /// The values of the mesh before it was settled, if it is where a level was made.
+    pub fn unsettled(&self) -> Option<Unsettled<'_>> {
+        let at = self.settles.binary_search_by_key(&self.applied(), |settle| settle.at).ok()?;
+        let settle = &self.settles[at];
+        let before = at.checked_sub(1).map_or(0, |before| self.settles[before].at);
+        Some(Unsettled {
+            points: &settle.points,
+            positions: &settle.positions,
+            wedges: &settle.wedges,
+            rows: &settle.rows,
+            collapses: settle.at - before,
+        })
     }
 
     /// What a level changes of the mesh as it is now.
@@ -90,6 +110,21 @@ impl ProgressiveMesh {
             }
         }
     }
+}
+
+/// The values of a mesh before it took those of a level, as its last collapses had left them.
+#[derive(Clone, Copy, Debug)]
+pub struct Unsettled<'a> {
+    /// The points that are there.
+    pub points: &'a [PointId],
+    /// Their positions.
+    pub positions: &'a [Vec3],
+    /// The wedges that are there.
+    pub wedges: &'a [WedgeId],
+    /// A row of the layout for each.
+    pub rows: &'a [f32],
+    /// Number of collapses since the level before, or the source.
+    pub collapses: usize,
 }
 
 /// The place in a settled mesh that each point and wedge ends in.

@@ -9,7 +9,7 @@
 
 use glam::{DMat3, DMat4, DVec3, Vec3};
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
-use seamwise_attr::{Level, Mesh, PointId};
+use seamwise_attr::{Level, Mesh, PointId, ProgressiveMesh};
 
 /// Scales that differ by less than this share are one: then costs are measured in the mesh's own space.
 const SAME_SCALE: f64 = 1e-3;
@@ -86,6 +86,34 @@ impl ShownFrame {
                 turn(normal, self.scale);
             }
         }
+    }
+
+    /// Brings a record of `shown` back to the space of `source`.
+    ///
+    /// # Errors
+    /// As [`ProgressiveMesh::remap`].
+    pub(crate) fn bring_record_back(
+        &self,
+        record: &mut ProgressiveMesh,
+        source: &Mesh,
+        shown: &Mesh,
+    ) -> seamwise_attr::Result<()> {
+        let layout = source.layout;
+        let position = |stood: PointId, position: Vec3| match position == shown.positions[stood] {
+            true => source.positions[stood],
+            false => (self.back * position.as_dvec3()).as_vec3(),
+        };
+        record.remap(source, position, |wedge, row| {
+            if layout.normal {
+                let at = layout.normal();
+                let normal = &mut row[at..at + 3];
+                if *normal == shown.row(wedge)[at..at + 3] {
+                    normal.copy_from_slice(&source.row(wedge)[at..at + 3]);
+                } else {
+                    turn(normal, self.scale);
+                }
+            }
+        })
     }
 }
 

@@ -1,0 +1,20 @@
+//! Continuous levels as a file: the coarsest level for any reader, and the vertex splits that lead from it
+//! to the source, to the bit.
+//!
+//! [`format`] specifies the extension, so that a reader can be written from it.
+
+mod blocks;
+mod decode;
+mod document;
+mod encode;
+pub mod extract;
+pub mod format;
+mod header;
+mod parts;
+mod script;
+mod source;
+mod splits;
+mod surface;
+mod values;
+mod whole;
+pub(crate) mod write;
