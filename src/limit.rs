@@ -147,13 +147,21 @@ const fn copies(format: ImageFormat) -> u64 {
 impl FromStr for MemoryLimit {
     type Err = Error;
 
-    /// Reads `8GB`, `512 MiB` or a number of bytes.
+    /// Reads `8GB`, `1.5 MiB` or a number of bytes.
     fn from_str(text: &str) -> Result<Self> {
-        let end = text.find(|c: char| !c.is_ascii_digit()).unwrap_or(text.len());
+        let end = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
         let (number, unit) = text.split_at(end);
         let named = |(name, _): &&(&str, u64)| name.eq_ignore_ascii_case(unit.trim());
         let unit = if unit.is_empty() { Some(1) } else { UNITS.iter().find(named).map(|u| u.1) };
-        let bytes = number.parse::<u64>().ok().zip(unit).and_then(|(n, unit)| n.checked_mul(unit));
+        let of = |unit: u64| match number.parse::<u64>() {
+            Ok(whole) => whole.checked_mul(unit),
+            Err(_) => {
+                let bytes = number.parse::<f64>().ok().map(|n| (n * unit as f64).round());
+                // Beyond this not every number of bytes is one of these.
+                bytes.filter(|&bytes| bytes < (1u64 << 53) as f64).map(|bytes| bytes as u64)
+            }
+        };
+        let bytes = unit.and_then(of);
         bytes.filter(|&bytes| bytes > 0).map(Self::of_bytes).ok_or_else(|| Error::Options {
             what: format!("{text} is no size above 0 like 8GB, 512MiB or 1000000"),
         })
@@ -187,8 +195,21 @@ mod tests {
             assert_eq!((limit.bytes(), limit.to_string().as_str()), (bytes, text));
         }
         assert_eq!(read("64 mib").unwrap(), read("67108864").unwrap());
+        assert_eq!(read("1.5GB").unwrap(), read("1500MB").unwrap());
         assert_eq!(MemoryLimit::default().to_string(), "4GiB");
-        for text in ["", "GB", "0", "0GB", "-1GB", "1.5GB", "8GBs", "8 XB", "99999999999TB"] {
+        for text in [
+            "",
+            "GB",
+            "0",
+            "0GB",
+            "-1GB",
+            "1.5.5GB",
+            ".GB",
+            "0.1B",
+            "8GBs",
+            "99999999999TB",
+            "9e9.5TB",
+        ] {
             assert!(read(text).is_err(), "{text}");
         }
     }

@@ -1,7 +1,6 @@
 //! Any progressive file: a level of it or an error, and no panic.
 //!
-//! An input is a whole .glb; or the JSON of a document, a zero byte, and blocks of columns as they are
-//! before they are packed, so that checksums are always right and what changes is the splits.
+//! Checksums stop most changes; a test of the file's module changes what they protect.
 //!
 //! `cargo +nightly fuzz run progressive -- -max_total_time=600 -timeout=5 -rss_limit_mb=2048`, with files of
 //! `seamwise bake --progressive` in fuzz/corpus/progressive to start from.
