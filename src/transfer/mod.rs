@@ -61,6 +61,8 @@ const LEVELS: usize = 2;
 /// The most rounds of making images smaller until they fit a budget: a file's bytes are not known
 /// before it is made.
 const ATTEMPTS: usize = 8;
+/// A chosen image of fewer texels along a side is left to the source's rather than made smaller.
+const LEAST_SIDE: usize = 64;
 
 /// Makes the textures of all levels. Where charts are laid out anew, the levels in their new layout
 /// as well.
@@ -235,7 +237,8 @@ impl TextureMaker<'_> {
     }
 
     /// Makes images smaller, or leaves them to the source's, those of least worth per byte first, until
-    /// all together take at most so many bytes. None gets smaller than it has to be where it is shown.
+    /// all together take at most so many bytes. A normal map of a quarter of its size is off by less than
+    /// none; a color that gets blurred more than a shared one slides goes by itself.
     fn cut(
         &self,
         mut sizes: SheetSizes,
@@ -259,13 +262,9 @@ impl TextureMaker<'_> {
                     excess = excess.saturating_sub(bytes - bytes / 4);
                     continue;
                 }
-                let own = &self.sheets[sheet];
-                let surfaces = self.origin.surfaces;
-                let unseen = self.texel_density.unseen(surfaces, own.layout, own.size, level);
-                let least = halved(own.size, unseen);
-                let smaller = before[sheet][level].map(|side| (side / 2).max(1));
-                if before[sheet][level][0] > least[0] && !own.layout.is_new {
-                    sizes[sheet][level] = smaller;
+                let size = before[sheet][level];
+                if size.into_iter().min() > Some(LEAST_SIDE) {
+                    sizes[sheet][level] = halved(size, 1);
                     excess = excess.saturating_sub(bytes - bytes / 4);
                 } else {
                     made[sheet][level].leave(output);
