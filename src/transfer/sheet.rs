@@ -297,25 +297,24 @@ impl Sheet<'_> {
     ) -> Vec<(usize, TextureChoice)> {
         let old = self.images.iter().map(|own| (own.image, own.role, false));
         let new = self.normals.iter().map(|own| (own.image, Role::Normal, true));
+        let outputs = old.chain(new).enumerate();
         let share = (size[0] * size[1]) as f64 / (self.size[0] * self.size[1]) as f64;
-        let of = |(((image, role, gained), errors), stored): (
-            ((usize, Role, bool), &ImageErrors),
-            &Option<EncodedImage>,
-        )| {
+        let of = |(at, (image, role, gained)): (usize, (usize, Role, bool))| {
+            let (errors, own) = (&errors[at], stored[at].as_ref());
             let guess = || (origin.asset.images[image].bytes.len() as f64 * share) as usize;
             let choice = TextureChoice {
                 level: 0,
-                own: stored.is_some(),
+                own: own.is_some(),
                 shared_error: errors.shared,
                 own_error: errors.own,
                 own_size: size,
                 worth: worth(errors, role),
-                own_bytes: stored.as_ref().map_or_else(guess, |own| own.bytes.len()),
+                own_bytes: own.map_or_else(guess, |own| own.bytes.len()),
                 gained,
             };
             (image, choice)
         };
-        old.chain(new).zip(errors).zip(stored).map(of).collect()
+        outputs.map(of).collect()
     }
 
     /// The source's images, then the new normal maps.
