@@ -50,8 +50,11 @@ fn colored(
     shape
 }
 
+/// The color of a place.
+type Paint = fn(Vec3) -> u32;
+
 /// A cab, a load, wheels and a bumper, with 16 colors in all.
-fn truck_parts() -> Vec<(Shape, fn(Vec3) -> u32)> {
+fn truck_parts() -> Vec<(Shape, Paint)> {
     let wheel = |x: f32, z: f32| shapes::torus(20, 10).scaled(0.4).moved([x, -0.6, z]);
     vec![
         (shapes::seam_cube(10).scaled(1.2), |p| u32::from(p.y > 0.24) + 2 * u32::from(p.x > 0.12)),
