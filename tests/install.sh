@@ -14,6 +14,10 @@ readonly scratch
 trap 'rm -rf "$scratch"' EXIT
 mkdir "$scratch/copy" "$scratch/home"
 git archive HEAD | tar -x -C "$scratch/copy"
+# A repository of its own, so that what is made in it counts for no part of it.
+git -C "$scratch/copy" init -q
+git -C "$scratch/copy" add -A
+git -C "$scratch/copy" -c user.name=install -c user.email=install@localhost commit -qm copy
 
 # Of the user's home only what Rust has.
 export CARGO_HOME=${CARGO_HOME:-$HOME/.cargo} RUSTUP_HOME=${RUSTUP_HOME:-$HOME/.rustup}
