@@ -200,13 +200,14 @@ mod tests {
             reading: 0,
             uvs: level.triangles[triangle as usize].map(|wedge| level.uv(wedge, 0)),
         };
-        let readings = vec![Some(Reading { picture, ..Reading::default() })];
+        let wrap = [Wrap::Clamp; 2];
+        let readings = vec![Some(Reading { picture, wrap, ..Reading::default() })];
         let outputs = [Output { role, color: ColorType::Rgb8, readings }];
         let job = Job {
             pairs: &pairs,
             faces: &[face(0), face(1)],
             size: [64; 2],
-            wrap: [Wrap::Clamp; 2],
+            wrap,
             is_in_place: true,
             outputs: &outputs,
         };
