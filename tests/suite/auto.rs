@@ -93,5 +93,5 @@ fn texels_of_two_halves_are_made_anew_where_they_do_for_both() {
         metrics.as_ref().expect("a measured level").color_rms
     };
     assert!(choices(&chosen).iter().any(|own| own.level == 2 && own.own));
-    assert!(color(&chosen) <= 0.9 * color(&shared), "{} {}", color(&chosen), color(&shared));
+    assert!(color(&chosen) <= 0.92 * color(&shared), "{} {}", color(&chosen), color(&shared));
 }
