@@ -1,7 +1,7 @@
 //! Continuous levels as a file: the coarsest level for any reader, and the vertex splits that lead from it
 //! to the source, to the bit.
 //!
-//! [`format`] specifies the extension, so that a reader can be written from it.
+//! [`mod@format`] specifies the extension, so that a reader can be written from it.
 
 mod blocks;
 mod decode;
