@@ -18,6 +18,7 @@ use crate::document::primitive::Primitive;
 use crate::error::{Error, Result};
 use crate::image_file::codec::{EncodeOptions, decode, encode_anew};
 use crate::image_file::encoded::EncodedImage;
+use crate::image_file::palette::{has_palette, reduce_beside};
 use crate::limit::MemoryLimit;
 use crate::surface::geometry::check_size;
 use alpha::Alpha;
@@ -259,7 +260,8 @@ fn repair_one(
 }
 
 /// The asset's images with the repaired ones in their places, each in the format it came in unless
-/// all are to be PNGs.
+/// all are to be PNGs. One with a palette keeps it: what was filled takes colors of it, and more while there
+/// is room, since in full color the file would be several times as large.
 ///
 /// # Errors
 /// [`Error::Internal`] if an encoder refuses its texels.
@@ -269,10 +271,26 @@ pub fn encode_repaired(
     encoding: EncodeOptions,
 ) -> Result<Vec<EncodedImage>> {
     let finish = |(image, repair): (&EncodedImage, &ImageRepair)| match &repair.result {
-        Ok(repaired) => encode_anew(&repaired.texels, image, encoding),
+        Ok(repaired) => {
+            let reduced = in_palette(repaired, image)?;
+            encode_anew(reduced.as_ref().unwrap_or(&repaired.texels), image, encoding)
+        }
         Err(_) => Ok(image.clone()),
     };
     asset.images.par_iter().zip(repairs).map(finish).collect()
+}
+
+/// A repaired image in the palette of its file, if that has one and all valid texels are as they were.
+fn in_palette(repaired: &Repaired, before: &EncodedImage) -> Result<Option<DynamicImage>> {
+    let is_changed = repaired.equalized.is_some() || repaired.coverage.is_some();
+    if is_changed || !has_palette(&before.bytes) {
+        return Ok(None);
+    }
+    // It has been decoded before, within a limit.
+    let kept = decode(before, "", MemoryLimit::default()).map_err(Error::internal)?;
+    let size = |image: &DynamicImage| [image.width(), image.height()];
+    let is_as_large = size(&kept) == size(&repaired.texels);
+    Ok(is_as_large.then(|| reduce_beside(&repaired.texels, &kept)).flatten())
 }
 
 #[cfg(test)]

@@ -53,7 +53,7 @@ pub(crate) fn reduce(image: &DynamicImage) -> Option<DynamicImage> {
     if colors.len() <= MAX_COLORS {
         return Some(image.clone());
     }
-    let mut palette = split(&colors, &counts);
+    let mut palette = split(&colors, &counts, MAX_COLORS);
     for _ in 0..ROUNDS {
         let nearest = nearest(&colors, &palette);
         let mut sums = vec![[0u64; 5]; palette.len()];
@@ -66,13 +66,35 @@ pub(crate) fn reduce(image: &DynamicImage) -> Option<DynamicImage> {
             *own = [0, 1, 2, 3].map(|channel| ((sum[channel] + sum[4] / 2) / sum[4]) as u8);
         }
     }
-    let places = nearest(&colors, &palette);
+    Some(with_nearest(image, &colors, &palette))
+}
+
+/// The picture in at most 256 colors, those of `kept` as they are: what it has beside them becomes the
+/// nearest of them and of as many more as there is room for. None if `kept` has too many, or either other
+/// than eight bits a channel.
+pub(crate) fn reduce_beside(image: &DynamicImage, kept: &DynamicImage) -> Option<DynamicImage> {
+    let (mut palette, _) = count_colors(kept).filter(|(own, _)| own.len() <= MAX_COLORS)?;
+    let (colors, counts) = count_colors(image)?;
+    let all = colors.into_iter().zip(counts);
+    let (new, counts): (Vec<Color>, Vec<u64>) =
+        all.filter(|(color, _)| palette.binary_search(color).is_err()).unzip();
+    let room = MAX_COLORS - palette.len();
+    if room > 0 && !new.is_empty() {
+        palette.extend(split(&new, &counts, room));
+    }
+    Some(with_nearest(image, &new, &palette))
+}
+
+/// A picture with the nearest of a palette in the place of each of these colors.
+fn with_nearest(image: &DynamicImage, colors: &[Color], palette: &[Color]) -> DynamicImage {
+    let places = nearest(colors, palette);
     let become_: FxHashMap<Color, Color> =
         colors.iter().zip(places).map(|(own, place)| (*own, palette[place])).collect();
     let mut reduced = image.to_rgba8();
-    reduced.pixels_mut().for_each(|texel| texel.0 = become_[&texel.0]);
+    let change = |color: &mut Color| become_.get(color).into_iter().for_each(|new| *color = *new);
+    reduced.pixels_mut().for_each(|texel| change(&mut texel.0));
     let reduced = DynamicImage::from(reduced);
-    Some(if image.color().has_alpha() { reduced } else { reduced.to_rgb8().into() })
+    if image.color().has_alpha() { reduced } else { reduced.to_rgb8().into() }
 }
 
 /// The colors of a picture in order, and how many texels have each.
@@ -133,11 +155,11 @@ impl Cluster {
     }
 }
 
-/// The means of 256 clusters.
-fn split(colors: &[Color], counts: &[u64]) -> Vec<Color> {
+/// The means of `most` clusters.
+fn split(colors: &[Color], counts: &[u64], most: usize) -> Vec<Color> {
     let all = colors.iter().copied().zip(counts.iter().copied()).collect();
     let mut clusters = vec![Cluster::new(all)];
-    while clusters.len() < MAX_COLORS {
+    while clusters.len() < most {
         let total = |cluster: &Cluster| cluster.spread.iter().sum::<f64>();
         let widest = (1..clusters.len()).fold(0, |best, next| {
             if total(&clusters[next]) > total(&clusters[best]) { next } else { best }
@@ -185,5 +207,21 @@ mod tests {
         assert!(mean < 60.0, "{mean}");
         assert!(write_indexed(&reduced).is_some());
         assert_eq!(reduce(&reduced), Some(reduced));
+    }
+
+    #[test]
+    fn colors_beside_a_palette_become_near_ones_and_its_own_stay() {
+        let plain = |x, y| Rgb([(x / 8 * 32) as u8, (y / 8 * 32) as u8, 90]);
+        let kept: DynamicImage = RgbImage::from_fn(64, 64, plain).into();
+        let right =
+            |x, y| if x < 32 { plain(x, y) } else { Rgb([(x * 4) as u8, (y * 4) as u8, 90]) };
+        let image: DynamicImage = RgbImage::from_fn(64, 64, right).into();
+        let reduced = reduce_beside(&image, &kept).expect("64 colors");
+        assert!(write_indexed(&reduced).is_some());
+        for (x, y, texel) in reduced.to_rgb8().enumerate_pixels() {
+            let off = texel.0.iter().zip(right(x, y).0).map(|(a, b)| a.abs_diff(b)).max();
+            assert!(off <= Some(if x < 32 { 0 } else { 16 }), "{off:?} at {x}, {y}");
+        }
+        assert_eq!(reduce_beside(&image, &gradient()), None, "too many colors to keep");
     }
 }
