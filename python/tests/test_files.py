@@ -111,6 +111,10 @@ def test_progress_is_told_and_an_exception_in_it_ends_the_bake(sample, tmp_path)
 
 def test_an_interrupt_ends_a_bake_between_stages(sample):
     import _thread
+    import signal
+
+    # What a shell starts in the background ignores interrupts.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
 
     def interrupt(stage, done, total):
         if stage == "simplify" and done == 0:
@@ -119,6 +123,7 @@ def test_an_interrupt_ends_a_bake_between_stages(sample):
     assert threading.current_thread() is threading.main_thread()
     with pytest.raises(KeyboardInterrupt):
         seamwise.bake(sample, progress=interrupt)
+    signal.signal(signal.SIGINT, before)
 
 
 def test_errors_survive_a_process_boundary():
