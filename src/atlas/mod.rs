@@ -261,7 +261,7 @@ fn repair_one(
 
 /// The asset's images with the repaired ones in their places, each in the format it came in unless
 /// all are to be PNGs. One with a palette keeps it: what was filled takes colors of it, and more while there
-/// is room, since in full color the file would be several times as large.
+/// is room, since in full color the file would be twice as large.
 ///
 /// # Errors
 /// [`Error::Internal`] if an encoder refuses its texels.
