@@ -63,7 +63,7 @@ fn trial(goals: &Goals, options: &BakeOptions, counts: Vec<usize>) -> BakeOption
     if matches!(goals.measure, Measure::PixelsOff | Measure::Vertices) && !counts_vertices_anew {
         own.textures = Textures::Keep;
     }
-    let look = evaluate::Options { screen_height: 0, ..evaluate::Options::default() };
+    let look = evaluate::Options { screen_height: 0, ..options.evaluate.unwrap_or_default() };
     own.evaluate = match goals.measure {
         Measure::Quality => {
             Some(evaluate::Options { resolution: goals.pixels as usize, samples: 1000, ..look })

@@ -16,6 +16,7 @@ use seamwise_attr::{Placement, Polish};
 use super::batch::BatchArgs;
 use super::common::Common;
 use super::config::ConfigArgs;
+use super::evaluate::ThoroughnessArgs;
 use super::goals::GoalArgs;
 use super::output::OutputArgs;
 use super::reading::ReadingArgs;
@@ -124,6 +125,8 @@ struct MeasureArgs {
     /// Do not measure the levels: faster.
     #[arg(long)]
     no_evaluate: bool,
+    #[command(flatten)]
+    thoroughness: ThoroughnessArgs,
     /// Measure against the source as it is, even if its atlases bleed.
     ///
     /// By default it is measured with them filled, so that what bleeds does not count as right.
@@ -141,6 +144,13 @@ struct MeasureArgs {
     /// Bake once more on 1, 2, … threads each, and show on the page how the time falls.
     #[arg(long, requires = "report")]
     threads_report: bool,
+}
+
+impl MeasureArgs {
+    /// The options of the evaluation, if there is one.
+    fn evaluate(&self) -> Option<evaluate::Options> {
+        (!self.no_evaluate).then(|| self.thoroughness.resolve())
+    }
 }
 
 /// `--budget-per`.
@@ -301,7 +311,7 @@ impl BakeArgs {
             steering: self.steering()?,
             polish: self.polish(),
             textures: self.textures.resolve()?,
-            evaluate: (!self.measuring.no_evaluate).then(evaluate::Options::default),
+            evaluate: self.measuring.evaluate(),
             reference_as_is: self.measuring.reference_as_is,
             screen,
             report: self.places.report.as_ref().map(|_| page),

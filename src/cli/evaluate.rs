@@ -10,15 +10,9 @@ use seamwise::screen::Screen;
 
 use super::reading::ReadingArgs;
 
-/// `seamwise evaluate`.
+/// Arguments for how closely levels are looked at.
 #[derive(Debug, Args)]
-#[command(after_help = "Example: seamwise evaluate helmet.gltf out/helmet_lod1.glb other.glb")]
-pub(crate) struct EvaluateArgs {
-    /// The original: .glb, .gltf, .obj, .ply or .off, as the candidates.
-    pub(crate) reference: PathBuf,
-    /// What to compare with it, from any tool.
-    #[arg(required = true)]
-    pub(crate) candidates: Vec<PathBuf>,
+pub(crate) struct ThoroughnessArgs {
     /// Cameras around the reference.
     #[arg(long, default_value_t = 24, value_parser = clap::value_parser!(u8).range(1..=24))]
     views: u8,
@@ -28,6 +22,31 @@ pub(crate) struct EvaluateArgs {
     /// Samples on each surface.
     #[arg(long, default_value_t = 200_000, value_parser = clap::value_parser!(u32).range(1000..=100_000_000))]
     samples: u32,
+}
+
+impl ThoroughnessArgs {
+    /// The options that these arguments give.
+    pub(crate) fn resolve(&self) -> evaluate::Options {
+        evaluate::Options {
+            views: self.views.into(),
+            resolution: self.resolution.into(),
+            samples: self.samples as usize,
+            ..evaluate::Options::default()
+        }
+    }
+}
+
+/// `seamwise evaluate`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example: seamwise evaluate helmet.gltf out/helmet_lod1.glb other.glb")]
+pub(crate) struct EvaluateArgs {
+    /// The original: .glb, .gltf, .obj, .ply or .off, as the candidates.
+    pub(crate) reference: PathBuf,
+    /// What to compare with it, from any tool.
+    #[arg(required = true)]
+    pub(crate) candidates: Vec<PathBuf>,
+    #[command(flatten)]
+    thoroughness: ThoroughnessArgs,
     /// The largest size in pixels at which candidates are looked at, to find the largest at which each
     /// can't be told from the reference: the screen's height.
     #[arg(long, default_value_t = 1080, value_name = "PIXELS", value_parser = clap::value_parser!(u16).range(16..=4320))]
@@ -70,11 +89,9 @@ impl EvaluateArgs {
     /// The options that these arguments give.
     pub(crate) fn resolve(&self) -> evaluate::Options {
         evaluate::Options {
-            views: self.views.into(),
-            resolution: self.resolution.into(),
-            samples: self.samples as usize,
             pixel_tolerance: self.pixel_tolerance,
             screen_height: self.screen_height.into(),
+            ..self.thoroughness.resolve()
         }
     }
 

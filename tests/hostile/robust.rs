@@ -9,6 +9,7 @@ use crate::common::assets::{cube, pointers, victim};
 use crate::common::build::{Build, glb};
 use crate::common::{Random, chained, crc, shapes, within};
 use image::RgbaImage;
+use rayon::prelude::*;
 use seamwise::bake::options::{BakeOptions, Targets};
 use seamwise::bake::{Input, bake};
 use seamwise::evaluate;
@@ -43,6 +44,19 @@ impl Victim {
             BakeOptions { targets: Targets::halves(2), evaluate: Some(evaluate), ..chained() };
         let folder = tempfile::tempdir().expect("a temporary folder");
         Self { folder, options, well: 0, errors: 0 }
+    }
+
+    /// Tries every case, by its name and its bytes, on all threads.
+    fn try_all(cases: impl ParallelIterator<Item = (String, Vec<u8>)>) -> Self {
+        let tried = cases.fold(Self::new, |mut victim, (what, bytes)| {
+            let _ = victim.try_bake(&what, &bytes);
+            victim
+        });
+        tried.reduce(Self::new, |one, other| Self {
+            well: one.well + other.well,
+            errors: one.errors + other.errors,
+            ..one
+        })
     }
 
     /// Fails if it panics or takes long. An error has something to say.
@@ -126,7 +140,6 @@ fn random_bytes_changed_do_no_harm() {
 #[test]
 fn any_value_of_any_type_anywhere_does_no_harm() {
     within(280, "wrong types", || {
-        let mut victim_bake = Victim::new();
         let build = victim();
         // With its buffer listed, so that it is damaged too.
         let mut document = build.json.clone();
@@ -142,14 +155,15 @@ fn any_value_of_any_type_anywhere_does_no_harm() {
             json!(4_294_967_295u64),
             json!(u64::MAX),
         ];
-        for pointer in pointers(&document) {
-            for value in &wrong {
-                let mut damaged = document.clone();
-                *damaged.pointer_mut(&pointer).expect("a place in the document") = value.clone();
-                let bytes = glb(damaged.to_string().as_bytes(), &build.bin);
-                let _ = victim_bake.try_bake(&format!("{pointer} = {value}"), &bytes);
-            }
-        }
+        let case = |(pointer, value): (&String, &Value)| {
+            let mut damaged = document.clone();
+            *damaged.pointer_mut(pointer).expect("a place in the document") = value.clone();
+            let bytes = glb(damaged.to_string().as_bytes(), &build.bin);
+            (format!("{pointer} = {value}"), bytes)
+        };
+        let places = pointers(&document);
+        let pairs = places.par_iter().flat_map_iter(|place| wrong.iter().map(move |v| (place, v)));
+        let victim_bake = Victim::try_all(pairs.map(case));
         assert!(victim_bake.well > 100 && victim_bake.errors > 500);
         victim_bake.finish();
     });

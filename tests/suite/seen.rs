@@ -40,6 +40,8 @@ impl Stage {
     }
 }
 
+/// What of a bake's measuring these need.
+const FEW: &str = "--views 6 --resolution 128 --samples 20000 --screen 160x90";
 const FAST: &str = "--views 2 --resolution 64 --samples 1000 --screen-height 128";
 
 #[test]
@@ -67,7 +69,7 @@ fn a_source_that_bleeds_is_compared_as_if_it_did_not_and_the_output_says_so() {
 #[test]
 fn a_level_is_chosen_by_sizes_that_fall_and_each_was_looked_at() {
     let stage = Stage::new();
-    let (table, _, well) = stage.run("bake sample.glb -o out --screen 320x180 --ratios 0.25,0.03");
+    let (table, _, well) = stage.run(&format!("bake sample.glb -o out --ratios 0.25,0.03 {FEW}"));
     assert!(well && table.contains("the source's atlas bleeds"), "{table}");
     let report = stage.json("out/sample.json");
     assert_eq!(report["reference_textures"]["cleaned"], true);
@@ -116,7 +118,7 @@ fn levels_are_as_large_as_their_bytes_and_vertices_allow() {
 fn levels_are_as_coarse_as_what_is_seen_of_them_allows() {
     let stage = Stage::new();
     let (table, said, well) =
-        stage.run("bake ball.glb -o out --quality 0.995,0.97 --at-pixels 96 --screen 160x90");
+        stage.run(&format!("bake ball.glb -o out --quality 0.995,0.97 --at-pixels 96 {FEW}"));
     assert!(well && table.contains("similarity 0.99"), "{table}{said}");
     let report = stage.json("out/ball.json");
     for (level, least) in [(0, 0.995), (1, 0.97)] {
@@ -126,7 +128,7 @@ fn levels_are_as_coarse_as_what_is_seen_of_them_allows() {
         assert_eq!(goal["pixels"], 96);
     }
     let (_, said, well) =
-        stage.run("bake ball.glb -o near --max-pixels-off 1,4 --at-pixels 400 --screen 160x90");
+        stage.run(&format!("bake ball.glb -o near --max-pixels-off 1,4 --at-pixels 400 {FEW}"));
     assert!(well, "{said}");
     let report = stage.json("near/ball.json");
     for (level, most) in [(0, 1.0), (1, 4.0)] {

@@ -119,7 +119,7 @@ fn a_summary_fits_where_it_is_shown() {
     for width in [80, 140] {
         let mut session = Session::new(width);
         session.put("ball.glb", &sphere());
-        session.run("bake ball.glb -o out");
+        session.run("bake ball.glb -o out --views 6 --resolution 128 --samples 20000");
         session.run("bake ball.glb -o out --levels 2 --no-evaluate");
         session.run("bake ball.glb -o low.glb --ratios 0.1 --no-evaluate");
         session.run("evaluate ball.glb low.glb out/ball_lod1.glb --resolution 64 --samples 5000");
@@ -135,7 +135,7 @@ fn a_source_that_no_view_shows_is_not_said_to_look_the_same() {
     build.json["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = json!([1, 1, 1, 0]);
     let mut session = Session::new(80);
     session.put("glass.glb", &build.glb());
-    let said = session.run("bake glass.glb -o out --levels 1");
+    let said = session.run("bake glass.glb -o out --levels 1 --views 6 --resolution 128");
     assert!(said.contains("not seen") && said.contains("no view shows it"), "{said}");
     let report = std::fs::read(session.folder.path().join("out/glass.json")).expect("a report");
     let report: serde_json::Value = serde_json::from_slice(&report).expect("JSON");
