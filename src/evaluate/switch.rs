@@ -8,7 +8,8 @@
 //!
 //! The second is found by rendering, in frames of a few sizes from 64 pixels to the screen's height,
 //! from small to large; the size in between where the difference crosses the bound is guessed by its
-//! powers, and looked at before it counts. Small frames show all views, larger ones those that differ
+//! powers, and looked at before it counts. Where all views of the rig's own frames, which are there
+//! anyway, pass, smaller ones are not looked at. Small frames show all views, larger ones those that differ
 //! most as the rig sees them, and frames larger than the rig's the worst alone. A candidate that passes
 //! at the screen's height is held by its surface alone beyond it. For one that fails at 64 pixels a
 //! smaller size is guessed and looked at.
@@ -98,8 +99,9 @@ impl SwitchSearch<'_> {
             let all: Vec<usize> = (0..self.by_view.len()).collect();
             return self.by_rig(&all, most, 0.0);
         }
-        let worst = self.worst_views();
-        let ([low, high], view) = self.bracket(&worst, most, top);
+        let by_difference = self.views_by_difference();
+        let worst: Vec<usize> = by_difference.iter().map(|(_, view)| *view).collect();
+        let ([low, high], view) = self.bracket(&worst, by_difference[0].0, most, top);
         let size = match (low, high) {
             (_, None) => most,
             (Some(low), Some(high)) => most.min(crossing(low, high) * CAUTION),
@@ -116,14 +118,26 @@ impl SwitchSearch<'_> {
     }
 
     /// The largest size that passes and the least that fails, of a few; and the worst view of the last.
-    fn bracket(&self, worst: &[usize], most: f64, top: f64) -> ([Option<Look>; 2], usize) {
+    /// `difference`: the worst as the rig sees them. Where that passes nothing smaller is looked at.
+    fn bracket(
+        &self,
+        worst: &[usize],
+        difference: f64,
+        most: f64,
+        top: f64,
+    ) -> ([Option<Look>; 2], usize) {
         let own = self.pixels(self.reference.rig.resolution);
         let base = own.min(top);
-        let mut sizes: Vec<f64> = [0.125, 0.25, 0.5].map(|share| base * share).to_vec();
-        sizes.retain(|size| *size >= LEAST_PIXELS);
-        sizes.push(base);
+        let passes = own <= top && difference <= VISIBLE;
+        let mut low = passes.then_some(Look { pixels: own, difference });
+        let mut sizes = Vec::new();
+        if !passes {
+            sizes.extend([0.125, 0.25, 0.5].map(|share| base * share));
+            sizes.retain(|size| *size >= LEAST_PIXELS);
+            sizes.push(base);
+        }
         sizes.extend((top > own).then_some(top));
-        let (mut low, mut view) = (None::<Look>, worst[0]);
+        let mut view = worst[0];
         for pixels in sizes {
             if low.is_some_and(|low| low.pixels >= most) {
                 break;
@@ -192,14 +206,15 @@ impl SwitchSearch<'_> {
         AtSwitch::new(pixels, self.reference.rig.resolution, &Seen::pool(&seen), visible)
     }
 
-    /// The views that differ most to an eye as the rig sees them, the worst first.
-    fn worst_views(&self) -> Vec<usize> {
+    /// The views that differ most to an eye as the rig sees them, the worst first, and by how much.
+    fn views_by_difference(&self) -> Vec<(f64, usize)> {
         let resolution = self.reference.rig.resolution;
         let of_view = |view: usize| (self.difference(view, resolution), view);
         let mut views: Vec<(f64, usize)> =
             (0..self.by_view.len()).into_par_iter().map(of_view).collect();
         views.sort_by(|a, b| b.0.total_cmp(&a.0));
-        views.into_iter().take(WORST_VIEWS).map(|(_, view)| view).collect()
+        views.truncate(WORST_VIEWS);
+        views
     }
 
     /// The worst difference of some views at a size, and the view.

@@ -72,25 +72,23 @@ impl Colors {
                     let inside = usize::try_from(x).ok().and_then(|x| row.get(x));
                     *pixel = inside.map_or(background, |rgb| Vec3A::from(*rgb));
                 }
-                for (at, out) in out.iter_mut().enumerate() {
-                    *out = blur(&line[at..][..WEIGHTS.len()]);
-                }
+                let windows = line.array_windows();
+                out.iter_mut().zip(windows).for_each(|(out, window)| *out = blur(window));
             };
             // The rows that the blur along the columns reads, blurred along the rows, in a ring.
             let mut ring = vec![vec![background; columns]; WEIGHTS.len()];
             let mut next = top as isize - REACH as isize;
-            let mut window = [background; WEIGHTS.len()];
             for y in top..bottom {
                 while next <= (y + REACH) as isize {
                     blur_row(next, &mut ring[next.rem_euclid(WEIGHTS.len() as isize) as usize]);
                     next += 1;
                 }
                 let first = (y + WEIGHTS.len() - REACH) % WEIGHTS.len();
-                for x in 0..columns {
-                    for (at, pixel) in window.iter_mut().enumerate() {
-                        *pixel = ring[(first + at) % WEIGHTS.len()][x];
-                    }
-                    colors[y * image.width + left + x] = oklab(blur(&window));
+                let rows: [&[Vec3A]; WEIGHTS.len()] =
+                    std::array::from_fn(|at| &ring[(first + at) % WEIGHTS.len()][..columns]);
+                let colors = &mut colors[y * image.width + left..][..columns];
+                for (x, color) in colors.iter_mut().enumerate() {
+                    *color = oklab(blur(&rows.map(|row| row[x])));
                 }
             }
         }
@@ -118,7 +116,7 @@ impl Colors {
 
 /// The weighted mean of seven pixels.
 #[inline]
-fn blur(pixels: &[Vec3A]) -> Vec3A {
+fn blur(pixels: &[Vec3A; WEIGHTS.len()]) -> Vec3A {
     pixels.iter().zip(WEIGHTS).fold(Vec3A::ZERO, |sum, (pixel, weight)| sum + *pixel * weight)
 }
 

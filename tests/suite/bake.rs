@@ -521,6 +521,7 @@ fn models(folder: &Path) -> Vec<PathBuf> {
 }
 
 #[test]
+#[ignore = "long: real models; the gate runs it"]
 fn real_assets_bake() {
     let Some(folder) = shared_assets() else {
         return;

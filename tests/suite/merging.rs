@@ -225,6 +225,7 @@ fn merged_materials_do_not_depend_on_the_number_of_threads() {
 }
 
 #[test]
+#[ignore = "long: a real helmet; the gate runs it"]
 fn a_helmet_of_four_materials_wears_one_and_looks_the_same() {
     let Some(folder) = shared_assets() else { return };
     let path = folder.join("pbr/FlightHelmet/FlightHelmet.gltf");

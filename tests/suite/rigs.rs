@@ -154,6 +154,7 @@ fn levels_of_a_fox_run_as_it_does() {
 }
 
 #[test]
+#[ignore = "long: a real head; the gate runs it"]
 fn levels_of_a_face_make_its_faces() {
     let Some((source, baked)) = bake_real("bitmoji", Targets::halves(4)) else { return };
     let limits = [(0.00044, 0.0068), (0.00104, 0.0115), (0.0018, 0.0172), (0.0029, 0.0312)];

@@ -211,6 +211,7 @@ fn unit_vectors(map: &DynamicImage) -> DynamicImage {
 }
 
 #[test]
+#[ignore = "long: real models; the gate runs it"]
 fn real_assets_in_their_own_place_keep_every_image() {
     let Some(assets) = shared_assets() else {
         return;
