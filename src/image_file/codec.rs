@@ -20,6 +20,10 @@ use crate::limit::MemoryLimit;
 /// The signature of some Radiance HDR files, which the image crate knows only by another.
 pub(crate) const RGBE: &[u8] = b"#?RGBE";
 
+/// Effort for PNGs. Level 6 of zlib-rs takes twice the time of 5 for 2 to 4 % fewer bytes (a scan's color of
+/// 2048²: 0.64 s and 3.36 MB, 0.32 s and 3.44 MB; 4 0.24 s and 3.49 MB).
+const DEFLATE: CompressionType = CompressionType::Level(5);
+
 /// Options of encoding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct EncodeOptions {
@@ -172,7 +176,7 @@ pub(crate) fn write(
         image::ImageFormat::WebP => write_webp(out, image, metadata),
         image::ImageFormat::Hdr => write_with(HdrEncoder::new(out), image, metadata, format),
         _ => {
-            let (deflate, filter) = (CompressionType::Default, FilterType::Adaptive);
+            let (deflate, filter) = (DEFLATE, FilterType::Adaptive);
             let encoder = PngEncoder::new_with_quality(out, deflate, filter);
             write_with(encoder, image, metadata, format)
         }
