@@ -252,9 +252,15 @@ impl UvTriangle {
         if sum > 0.0 { areas.map(|area| area / sum) } else { [1.0 / 3.0; 3] }
     }
 
+    /// Whether `p` (texels) lies in the triangle or on its outline.
+    #[inline]
+    pub(crate) fn contains(&self, p: DVec2) -> bool {
+        self.edges.iter().all(|edge| edge.at(p) - edge.slack >= 0.0)
+    }
+
     /// The point of the triangle nearest to `p`, in texels.
     pub(crate) fn nearest(&self, p: DVec2) -> DVec2 {
-        if self.edges.iter().all(|edge| edge.at(p) - edge.slack >= 0.0) {
+        if self.contains(p) {
             return p;
         }
         let on_side = |i: usize| {

@@ -17,7 +17,7 @@
 
 use glam::Vec3;
 use rayon::prelude::*;
-use seamwise_attr::{Mesh, Surface, TriangleId};
+use seamwise_attr::{Mesh, Surface, TriangleId, closest_on_triangle};
 
 use super::shading_mesh::{ShadingMesh, SurfacePoint};
 
@@ -104,10 +104,14 @@ impl<'a> Source<'a> {
             self.surface.closest_point_where(to, most, accept)
         };
         let guess = guess.filter(|guess| faces(TriangleId::new(guess.triangle)));
+        // The nearest place on the triangle before is often the one, and then nothing else is as near.
+        let reach = |guess: SurfacePoint| {
+            let corners = self.side.mesh.triangle_positions(guess.triangle);
+            let (_, _, square) = closest_on_triangle(position.as_dvec3(), &corners);
+            (square.sqrt() * (1.0 + f64::from(f32::EPSILON))) as f32
+        };
         let near = guess
-            .and_then(|guess| {
-                nearest(position, position.distance(self.side.position(guess)), &faces)
-            })
+            .and_then(|guess| nearest(position, reach(guess).next_up(), &faces))
             .or_else(|| nearest(position, f32::INFINITY, &faces))
             .or_else(|| nearest(position, f32::INFINITY, &is_own))?;
         let in_chart = |triangle: TriangleId| self.side.charts[triangle] == chart;

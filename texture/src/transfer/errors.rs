@@ -95,11 +95,12 @@ fn look(
     let face = &job.faces[index];
     let pair = &job.pairs[face.pair as usize];
     let at = SurfacePoint { triangle: face.triangle as usize, barycentrics: spread(place) };
-    let smooth = pair.level.smooth_normal(at).normalize_or_zero();
+    let triangle = pair.level.triangle(at.triangle);
+    let smooth = triangle.smooth_normal(at.barycentrics).normalize_or_zero();
     let point = LevelPoint {
-        position: pair.level.position(at),
+        position: triangle.position(at.barycentrics),
         smooth,
-        plane: pair.level.face_normal(at.triangle),
+        plane: triangle.plane,
         group: pair.level.mesh.groups[at.triangle],
         chart: pair.level.charts[at.triangle],
         texel,
@@ -124,7 +125,7 @@ fn look(
                 let turn = |frame: Mat3, normal: Vec3| (frame * normal).normalize_or(smooth);
                 let truth =
                     turn(pair.source.side.frame(there), scaled(flat(truth), reading.normal_scale));
-                let frame = pair.level.frame(at);
+                let frame = triangle.frame(at.barycentrics);
                 let shared = match shared {
                     None => smooth,
                     Some(_) => turn(frame, scaled(flat(shared), reading.normal_scale)),

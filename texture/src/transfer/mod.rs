@@ -19,7 +19,11 @@
 //! source has, but for rounding; a place of the source is of the same group, and faces the same way
 //! wherever the group has such a place; the same at any thread count. Not guaranteed: that of two
 //! sheets of one group that face the same way, nearer to each other than the level is to the source,
-//! the right one is found; and where charts of the level overlap, only the first is served.
+//! the right one is found.
+//!
+//! Where charts of the level overlap, a texel is the mean of what its places ask for, by the area of
+//! each on the level; of normals in the tangent space of each place, so that both halves of a mirrored
+//! face are served. Whether that does for all of them is told by [`errors`](fn@errors).
 
 mod correspond;
 mod errors;
@@ -40,7 +44,7 @@ use crate::samples::with_buffer;
 use crate::validity::Validity;
 use crate::wrap::Wrap;
 use owners::Owners;
-use row::{Maker, Row, write};
+use row::{LevelFace, Maker, Row, write};
 
 pub use correspond::Source;
 pub use errors::{ImageErrors, errors};
@@ -167,7 +171,8 @@ pub fn transfer(job: &Job<'_>, rows: &AtomicUsize) -> Result<Transferred> {
     let mut images: Vec<DynamicImage> = job.outputs.iter().map(blank).collect();
     let mut made = vec![Vec::with_capacity(width * height); job.outputs.len()];
     let (lods, texels) = (job.lods(fine), job.texels());
-    let maker = Maker { job, owners: &owners, parts, fine, lods, texels };
+    let faces = job.faces.iter().map(|face| LevelFace::new(job, face, fine)).collect();
+    let maker = Maker { job, owners: &owners, parts, faces, lods, texels };
     let (mut angle_sum, mut angle_count) = (0.0, 0usize);
     for first in (0..height).step_by(ROWS) {
         let rows_made: Vec<Row> = (first..(first + ROWS).min(height))

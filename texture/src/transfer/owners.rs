@@ -1,8 +1,8 @@
 //! The triangle of a level that each texel of an atlas belongs to.
 //!
-//! A texel whose center a triangle covers is that triangle's; of several the first one's. Around the
-//! charts lies a gutter, which bilinear taps at their rims read: there a texel belongs to the nearest
-//! triangle.
+//! A texel whose center a triangle covers is that triangle's; if several cover it, as where both halves of
+//! a face lie on each other, it is owned by all of them. Around the charts lies a gutter, which bilinear
+//! taps at their rims read: there a texel belongs to the nearest triangle.
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
@@ -17,11 +17,16 @@ const INWARD: f64 = 0.01;
 /// A triangle over more repeats of the image than this owns nothing.
 const MOST_REPEATS: f64 = 8.0;
 
-/// The face of each texel.
+/// The most owners of a texel.
+pub(super) const MOST_OWNERS: usize = 8;
+
+/// The faces of each texel.
 pub(super) struct Owners {
     width: usize,
-    /// One per texel: 1 + its face, or 0.
+    /// One per texel: 1 + its first face, or 0.
     faces: Vec<u32>,
+    /// The other faces of texels that have several, in the order of texels.
+    others: Vec<(u32, u32)>,
     /// Texels inside of more than one face.
     pub(super) overlaps: usize,
     /// Texels inside of a face.
@@ -32,7 +37,13 @@ impl Owners {
     /// Finds the owners of the texels of an image of `size`, with a gutter of `reach` texels.
     pub(super) fn new(size: [usize; 2], wrap: [Wrap; 2], faces: &[Face], reach: f64) -> Self {
         let texels = size[0] * size[1];
-        let mut map = Self { width: size[0], faces: vec![0; texels], overlaps: 0, covered: 0 };
+        let mut map = Self {
+            width: size[0],
+            faces: vec![0; texels],
+            others: Vec::new(),
+            overlaps: 0,
+            covered: 0,
+        };
         let place = |face: &Face| at_home(face.uvs, wrap).map(|uv| to_texels(uv, size));
         let sound = |corners: &[DVec2; 3]| {
             let far = size.map(|side| side as f64 * MOST_REPEATS);
@@ -44,6 +55,8 @@ impl Owners {
             .map(|corners| sound(&corners).then(|| UvTriangle::new(corners)).flatten())
             .collect();
         map.cover(size, wrap, faces, &triangles);
+        map.others.sort_unstable();
+        map.others.dedup();
         map.extend(size, wrap, &triangles, reach);
         map
     }
@@ -67,11 +80,12 @@ impl Owners {
                 } else if texel.barycentrics.iter().all(|&b| b > ON_EDGE) {
                     // The other may cover it in another repeat.
                     let other = faces[self.faces[at] as usize - 1].uvs;
-                    let own = [at % size[0], at / size[0]];
-                    let [_, weights] = place_in(other, own, size, wrap);
+                    let texel = [at % size[0], at / size[0]];
+                    let [_, weights] = Placed::new(other, size, wrap).weights(texel);
                     let is_inside = weights.min_element() > ON_EDGE as f32;
-                    if is_inside && !std::mem::replace(&mut twice[at], true) {
-                        self.overlaps += 1;
+                    if is_inside && self.faces[at] != own {
+                        self.others.push((at as u32, own - 1));
+                        self.overlaps += usize::from(!std::mem::replace(&mut twice[at], true));
                     }
                 }
             });
@@ -107,36 +121,60 @@ impl Owners {
         }
     }
 
-    /// The face of a texel.
-    pub(super) fn of(&self, x: usize, y: usize) -> Option<usize> {
-        (self.faces[y * self.width + x] as usize).checked_sub(1)
+    /// The faces of a texel.
+    pub(super) fn of(&self, x: usize, y: usize) -> impl Iterator<Item = usize> {
+        let texel = y * self.width + x;
+        let first = (self.faces[texel] as usize).checked_sub(1);
+        let from = match self.others.is_empty() || first.is_none() {
+            true => self.others.len(),
+            false => self.others.partition_point(|other| (other.0 as usize) < texel),
+        };
+        let others = self.others[from..].iter().take_while(move |other| other.0 as usize == texel);
+        let others = others.map(|other| other.1 as usize).take(MOST_OWNERS - 1);
+        first.into_iter().chain(others)
     }
 }
 
-/// The place of a texel's center in a face: weights of its corners at the nearest place inside, and
-/// at the center itself, some below 0 in the gutter.
-pub(super) fn place_in(
-    uvs: [Vec2; 3],
-    texel: [usize; 2],
+/// A face in the texels of an image.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Placed {
+    /// None if it has no area.
+    triangle: Option<UvTriangle>,
+    middle: DVec2,
     size: [usize; 2],
     wrap: [Wrap; 2],
-) -> [Vec3; 2] {
-    let corners = uvs.map(|uv| to_texels(uv, size));
-    let Some(triangle) = UvTriangle::new(corners) else { return [Vec3::splat(1.0 / 3.0); 2] };
-    let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
-    let columns = copies(texel[0], size[0], wrap[0], middle.x);
-    let rows = copies(texel[1], size[1], wrap[1], middle.y);
-    let centers = columns.iter().flat_map(|&x| rows.iter().map(move |&y| DVec2::new(x, y)));
-    // The copy that lies in the triangle, or else nearest to it.
-    let center = centers.min_by(|a, b| triangle.distance(*a).total_cmp(&triangle.distance(*b)));
-    let center = center.unwrap_or(middle);
-    let mut inside = triangle.nearest(center);
-    if inside != center {
-        // Off the seam, where it is not told on which side of it a place lies.
-        inside = inside.lerp(middle, INWARD);
+}
+
+impl Placed {
+    pub(super) fn new(uvs: [Vec2; 3], size: [usize; 2], wrap: [Wrap; 2]) -> Self {
+        let corners = uvs.map(|uv| to_texels(uv, size));
+        let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+        Self { triangle: UvTriangle::new(corners), middle, size, wrap }
     }
-    let weights = [inside, center].map(|p| triangle.barycentrics(p));
-    weights.map(|weights| DVec3::from_array(weights).as_vec3())
+
+    /// The place of a texel's center: weights of the face's corners at the nearest place inside, and at
+    /// the center itself, some below 0 in the gutter.
+    pub(super) fn weights(&self, [x, y]: [usize; 2]) -> [Vec3; 2] {
+        let Self { size, wrap, middle, .. } = *self;
+        let Some(triangle) = &self.triangle else { return [Vec3::splat(1.0 / 3.0); 2] };
+        let weights = |p: DVec2| DVec3::from_array(triangle.barycentrics(p)).as_vec3();
+        let center = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+        if triangle.contains(center) {
+            return [weights(center); 2];
+        }
+        let columns = copies(x, size[0], wrap[0], middle.x);
+        let rows = copies(y, size[1], wrap[1], middle.y);
+        let centers = columns.iter().flat_map(|&x| rows.iter().map(move |&y| DVec2::new(x, y)));
+        // The copy that lies in the triangle, or else nearest to it.
+        let center = centers.min_by(|a, b| triangle.distance(*a).total_cmp(&triangle.distance(*b)));
+        let center = center.unwrap_or(middle);
+        let mut inside = triangle.nearest(center);
+        if inside != center {
+            // Off the seam, where it is not told on which side of it a place lies.
+            inside = inside.lerp(middle, INWARD);
+        }
+        [weights(inside), weights(center)]
+    }
 }
 
 /// The centers, along an axis, of a texel's two copies nearest to `middle`.
@@ -189,7 +227,7 @@ mod tests {
     }
 
     fn drawn(map: &Owners, size: [usize; 2]) -> Vec<String> {
-        let sign = |x, y| map.of(x, y).map_or('.', |face| (b'0' + face as u8) as char);
+        let sign = |x, y| map.of(x, y).next().map_or('.', |face| (b'0' + face as u8) as char);
         (0..size[1]).map(|y| (0..size[0]).map(|x| sign(x, y)).collect()).collect()
     }
 
@@ -213,6 +251,7 @@ mod tests {
         let faces = [face(square), face(square), face(square)];
         let map = Owners::new([8, 8], [Wrap::Clamp; 2], &faces, 1.0);
         assert!(map.overlaps > 20 && map.overlaps <= map.covered, "{}", map.overlaps);
+        assert!(map.of(1, 1).eq([0, 1, 2]) && map.of(7, 7).next().is_none());
     }
 
     #[test]
@@ -251,8 +290,8 @@ mod tests {
             let mut inside = 0;
             for at in 0..64 {
                 let texel = [at % 8, at / 8];
-                if map.of(texel[0], texel[1]).is_some() {
-                    let [_, weights] = place_in(face.uvs, texel, size, [wrap; 2]);
+                if map.of(texel[0], texel[1]).next().is_some() {
+                    let [_, weights] = Placed::new(face.uvs, size, [wrap; 2]).weights(texel);
                     let uv = (0..3).map(|i| face.uvs[i] * weights[i]).sum::<Vec2>();
                     let found = [0, 1].map(|axis| wrap.texel((uv[axis] * 8.0).floor() as i64, 8));
                     assert_eq!(found, texel);

@@ -5,9 +5,9 @@ use image::{ImageBuffer, Pixel};
 use rayon::prelude::*;
 
 use super::correspond::LevelPoint;
-use super::owners::{Owners, place_in};
-use super::shading_mesh::SurfacePoint;
-use super::{Job, Reading};
+use super::owners::{MOST_OWNERS, Owners, Placed};
+use super::shading_mesh::{ShadingTriangle, SurfacePoint};
+use super::{Face, Job, Reading};
 use crate::role::Role;
 use crate::samples::{Coding, Group, Sample};
 
@@ -24,12 +24,34 @@ pub(super) struct Maker<'a> {
     pub(super) owners: &'a Owners,
     /// Parts along each side of a texel.
     pub(super) parts: usize,
-    /// Width and height in parts.
-    pub(super) fine: [usize; 2],
+    /// One per face.
+    pub(super) faces: Vec<LevelFace>,
     /// One per face and output.
     pub(super) lods: Vec<f32>,
     /// One per face: the side of a texel on the level.
     pub(super) texels: Vec<f32>,
+}
+
+/// A face of the level, ready for all of its texels.
+pub(super) struct LevelFace {
+    placed: Placed,
+    triangle: ShadingTriangle,
+    group: u32,
+    chart: u32,
+}
+
+impl LevelFace {
+    /// The face in an image of `fine` parts of texels.
+    pub(super) fn new(job: &Job<'_>, face: &Face, fine: [usize; 2]) -> Self {
+        let level = &job.pairs[face.pair as usize].level;
+        let triangle = face.triangle as usize;
+        Self {
+            placed: Placed::new(face.uvs, fine, job.wrap),
+            triangle: level.triangle(triangle),
+            group: level.mesh.groups[triangle],
+            chart: level.charts[triangle],
+        }
+    }
 }
 
 /// A row that was made.
@@ -42,8 +64,8 @@ pub(super) struct Row {
     pub(super) angle_sum: f64,
     /// Number of those angles.
     pub(super) angle_count: usize,
-    /// The pair and the place of the part before.
-    last: Option<(u32, SurfacePoint)>,
+    /// The pair and the place of the part before, one per owner.
+    last: [Option<(u32, SurfacePoint)>; MOST_OWNERS],
 }
 
 impl Maker<'_> {
@@ -53,7 +75,8 @@ impl Maker<'_> {
         let outputs = self.job.outputs.len();
         let count = width * outputs;
         let (values, made) = (vec![Vec4::ZERO; count], vec![false; count]);
-        let mut row = Row { values, made, angle_sum: 0.0, angle_count: 0, last: None };
+        let mut row =
+            Row { values, made, angle_sum: 0.0, angle_count: 0, last: [None; MOST_OWNERS] };
         let mut sums = vec![Sum::default(); outputs];
         for x in 0..width {
             sums.fill(Sum::default());
@@ -69,27 +92,44 @@ impl Maker<'_> {
         row
     }
 
-    /// Finds the place of one part of a texel and adds what every output reads there.
+    /// Finds the places of one part of a texel and adds what every output reads there. Of several each
+    /// counts by the area that it shows on the level.
     fn add_part(&self, at: [usize; 2], sums: &mut [Sum], row: &mut Row) {
+        let area = |face: usize| self.texels[face] * self.texels[face];
+        let all: f32 = self.owners.of(at[0], at[1]).map(area).sum();
+        for (slot, face) in self.owners.of(at[0], at[1]).enumerate() {
+            let share = if all > 0.0 { area(face) / all } else { 1.0 };
+            self.add_place(at, (slot, face, share), sums, row);
+        }
+    }
+
+    /// Adds what every output reads at the place of one face, which counts as a share of the part.
+    fn add_place(
+        &self,
+        at: [usize; 2],
+        (slot, index, share): (usize, usize, f32),
+        sums: &mut [Sum],
+        row: &mut Row,
+    ) {
         let job = self.job;
-        let Some(index) = self.owners.of(at[0], at[1]) else { return };
         let face = &job.faces[index];
         let pair = &job.pairs[face.pair as usize];
-        let point = |barycentrics| SurfacePoint { triangle: face.triangle as usize, barycentrics };
-        let [own, beyond] = place_in(face.uvs, at, self.fine, job.wrap).map(point);
-        let unit = pair.level.smooth_normal(own).normalize_or_zero();
+        let level = &self.faces[index];
+        let weights = level.placed.weights(at);
+        let own = weights[0];
+        let unit = level.triangle.smooth_normal(own).normalize_or_zero();
         let point = LevelPoint {
-            position: pair.level.position(own),
+            position: level.triangle.position(own),
             smooth: unit,
-            plane: pair.level.face_normal(own.triangle),
-            group: pair.level.mesh.groups[own.triangle],
-            chart: pair.level.charts[own.triangle],
+            plane: level.triangle.plane,
+            group: level.group,
+            chart: level.chart,
             texel: self.texels[index],
         };
-        let guess = row.last.filter(|last| last.0 == face.pair).map(|last| last.1);
+        let guess = row.last[slot].filter(|last| last.0 == face.pair).map(|last| last.1);
         let Some(there) = pair.source.find(&point, guess) else { return };
-        row.last = Some((face.pair, there));
-        let uvs = [own, beyond].map(|point| face.uv(point.barycentrics));
+        row.last[slot] = Some((face.pair, there));
+        let uvs = [face.uv(own), face.uv(weights[1])];
         let step = if job.is_in_place { uvs[1] - uvs[0] } else { Vec2::ZERO };
         let outputs = job.outputs.iter().zip(sums).enumerate();
         for (at, (output, sum)) in outputs {
@@ -109,11 +149,11 @@ impl Maker<'_> {
                     let shading = shading.normalize_or(unit);
                     row.angle_sum += f64::from(shading.angle_between(unit)).powi(2);
                     row.angle_count += 1;
-                    let mapped = into_frame(pair.level.frame(own), shading);
-                    sum.add_vector(scaled(mapped, reading.level_normal_scale.recip()));
+                    let mapped = into_frame(level.triangle.frame(own), shading);
+                    sum.add_vector(scaled(mapped, reading.level_normal_scale.recip()), share);
                 }
-                Role::Color => sum.add_color(folded(read, reading)),
-                Role::Data => sum.add_data(folded(read, reading)),
+                Role::Color => sum.add_color(folded(read, reading), share),
+                Role::Data => sum.add_data(folded(read, reading), share),
             }
         }
     }
@@ -164,18 +204,18 @@ struct Sum {
 }
 
 impl Sum {
-    fn add_color(&mut self, color: Vec4) {
-        self.seen += color.truncate() * color.w;
-        self.add_data(color);
+    fn add_color(&mut self, color: Vec4, share: f32) {
+        self.seen += color.truncate() * color.w * share;
+        self.add_data(color, share);
     }
 
-    fn add_data(&mut self, value: Vec4) {
-        self.all += value;
-        self.parts += 1.0;
+    fn add_data(&mut self, value: Vec4, share: f32) {
+        self.all += value * share;
+        self.parts += share;
     }
 
-    fn add_vector(&mut self, vector: Vec3) {
-        self.add_data(vector.extend(0.0));
+    fn add_vector(&mut self, vector: Vec3, share: f32) {
+        self.add_data(vector.extend(0.0), share);
     }
 
     /// The mean over the parts: of colors by how much they are seen, of vectors made unit.
@@ -254,8 +294,8 @@ mod tests {
     #[test]
     fn the_unseen_part_of_a_texel_lends_no_color() {
         let mut sum = Sum::default();
-        sum.add_color(Vec4::new(0.5, 0.0, 0.0, 1.0));
-        sum.add_color(Vec4::new(0.0, 1.0, 0.0, 0.0));
+        sum.add_color(Vec4::new(0.5, 0.0, 0.0, 1.0), 1.0);
+        sum.add_color(Vec4::new(0.0, 1.0, 0.0, 0.0), 1.0);
         assert_eq!(sum.mean(Role::Color), Vec4::new(0.5, 0.0, 0.0, 0.5));
         assert_eq!(Sum::default().mean(Role::Color), Vec4::ZERO);
     }

@@ -25,9 +25,19 @@ pub struct ShadingMesh<'a> {
 }
 
 impl ShadingMesh<'_> {
-    /// The position.
-    pub(super) fn position(&self, at: SurfacePoint) -> Vec3 {
-        mix(at.barycentrics, self.mesh.triangle_positions(at.triangle))
+    /// A triangle, ready for many places.
+    pub(super) fn triangle(&self, triangle: usize) -> ShadingTriangle {
+        let positions = self.mesh.triangle_positions(triangle);
+        let plane = self.face_normal(triangle);
+        let layout = self.mesh.layout;
+        let normal =
+            |wedge| Vec3::from_slice(&self.mesh.row(wedge)[layout.normal()..layout.normal() + 3]);
+        let normals = match layout.normal {
+            true => self.mesh.triangles[triangle].map(normal),
+            false => [plane; 3],
+        };
+        let tangents = self.tangents.get(triangle).copied().unwrap_or_default();
+        ShadingTriangle { positions, normals, plane, tangents }
     }
 
     /// The UV in a set.
@@ -44,26 +54,42 @@ impl ShadingMesh<'_> {
         area.normalize_or_zero().as_vec3()
     }
 
+    /// See [`ShadingTriangle::frame`].
+    pub(super) fn frame(&self, at: SurfacePoint) -> Mat3 {
+        self.triangle(at.triangle).frame(at.barycentrics)
+    }
+}
+
+/// A triangle with what shades it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ShadingTriangle {
+    positions: [Vec3; 3],
+    normals: [Vec3; 3],
+    /// The normal of its plane, a unit or zero.
+    pub(super) plane: Vec3,
+    tangents: [Vec4; 3],
+}
+
+impl ShadingTriangle {
+    /// The position.
+    pub(super) fn position(&self, barycentrics: Vec3) -> Vec3 {
+        mix(barycentrics, self.positions)
+    }
+
     /// The vertex normal, interpolated and not made unit, as MikkTSpace asks; that of the plane where
     /// there is none.
-    pub(super) fn smooth_normal(&self, at: SurfacePoint) -> Vec3 {
-        let layout = self.mesh.layout;
-        if !layout.normal {
-            return self.face_normal(at.triangle);
-        }
-        let normal =
-            |wedge| Vec3::from_slice(&self.mesh.row(wedge)[layout.normal()..layout.normal() + 3]);
-        let smooth = mix(at.barycentrics, self.mesh.triangles[at.triangle].map(normal));
-        if smooth.length_squared() > 0.0 { smooth } else { self.face_normal(at.triangle) }
+    pub(super) fn smooth_normal(&self, barycentrics: Vec3) -> Vec3 {
+        let smooth = mix(barycentrics, self.normals);
+        if smooth.length_squared() > 0.0 { smooth } else { self.plane }
     }
 
     /// The matrix from the space of a normal map to that of the mesh: tangent, bitangent and
     /// normal, interpolated and not made unit, as MikkTSpace asks.
-    pub(super) fn frame(&self, at: SurfacePoint) -> Mat3 {
-        let normal = self.smooth_normal(at);
-        let corners = self.tangents.get(at.triangle).copied().unwrap_or_default();
-        let tangent = mix(at.barycentrics, corners.map(Vec4::truncate));
-        let sign = if corners[0].w < 0.0 { -1.0 } else { 1.0 };
+    pub(super) fn frame(&self, barycentrics: Vec3) -> Mat3 {
+        let normal = self.smooth_normal(barycentrics);
+        let [a, b, c] = self.tangents;
+        let tangent = mix(barycentrics, [a.truncate(), b.truncate(), c.truncate()]);
+        let sign = if a.w < 0.0 { -1.0 } else { 1.0 };
         Mat3::from_cols(tangent, normal.cross(tangent) * sign, normal)
     }
 }
