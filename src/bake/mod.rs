@@ -31,7 +31,7 @@ use crate::evaluate::{self, Reference};
 use crate::export::bundle::{Chain, Measured};
 use crate::export::disk::check_writable;
 use crate::export::document::level_asset;
-use crate::export::files::Format;
+use crate::export::files::{Format, Layout};
 use crate::image_file::codec::EncodeOptions;
 use crate::image_file::encoded::EncodedImage;
 use crate::level::lods::Lods;
@@ -214,7 +214,10 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
         (Textures::Transfer(transfer), Some(repairs)) => {
             let (surfaces, screen) = (&geometries[..], options.screen);
             let (images, limit) = (&images[..], options.reading.memory_limit);
-            let origin = Origin { asset: &asset, surfaces, repairs, images, screen, limit };
+            let has_level_files_alone = options.output.layout == Layout::None;
+            let asset = &asset;
+            let origin =
+                Origin { asset, surfaces, repairs, images, has_level_files_alone, screen, limit };
             let run = || own_textures(&origin, &mut lods, &transfer, progress);
             clock.time("transfer", |s| &mut s.transfer, run)?
         }

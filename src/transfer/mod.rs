@@ -9,7 +9,6 @@
 //! primitives can be one then.
 
 mod choice;
-mod cut;
 mod encode;
 mod image_uses;
 mod join_primitives;
@@ -23,6 +22,7 @@ mod outcomes;
 mod plan;
 mod repack_charts;
 mod sampling;
+mod select;
 mod sheet;
 mod sizes;
 
@@ -39,8 +39,8 @@ use crate::level::lods::Lods;
 use crate::level::textures::LevelTextures;
 use crate::progress::Progress;
 use crate::surface::geometry::Geometry;
-pub use choice::TextureChoice;
-use cut::{Priced, by_worth};
+use choice::Measured;
+pub use choice::{Candidate, ChoiceReason, TextureChoice};
 pub use encode::TextureFormat;
 pub use layout::SharedReason;
 use layout::UvLayout;
@@ -51,6 +51,7 @@ pub use outcomes::{MaterialTextures, Outcome, TextureOutcome};
 pub(crate) use plan::Plan;
 use repack_charts::repack_charts;
 use sampling::{Tags, level_tags, source_tags, sources};
+use select::select;
 use sheet::{LevelSurfaces, Made, Sheet, sheets};
 pub use sizes::Sizes;
 use sizes::{Share, TexelDensity, fit, halved};
@@ -61,8 +62,6 @@ const LEVELS: usize = 2;
 /// The most rounds of making images smaller until they fit a budget: a file's bytes are not known
 /// before it is made.
 const ATTEMPTS: usize = 8;
-/// A chosen image of fewer texels along a side is left to the source's rather than made smaller.
-const LEAST_SIDE: usize = 64;
 
 /// Makes the textures of all levels. Where charts are laid out anew, the levels in their new layout
 /// as well.
@@ -115,13 +114,7 @@ pub(crate) struct Transfer {
 }
 
 fn choices(made: &[Vec<Made>]) -> Vec<(usize, TextureChoice)> {
-    let of_level = |(level, made): (usize, &Made)| {
-        let numbered = |&(image, choice): &(usize, TextureChoice)| {
-            (image, TextureChoice { level: level + 1, ..choice })
-        };
-        made.choices.iter().map(numbered).collect::<Vec<_>>()
-    };
-    made.iter().flat_map(|levels| levels.iter().enumerate().flat_map(of_level)).collect()
+    made.iter().flatten().flat_map(|made| made.choices.iter().cloned()).collect()
 }
 
 /// The surfaces of a level with their sources.
@@ -208,10 +201,10 @@ impl TextureMaker<'_> {
     /// The images of each sheet, level by level.
     fn run(&self, sizes: &SheetSizes) -> Result<Vec<Vec<Made>>> {
         let mut made = self.make(sizes, Vec::new())?;
-        let Some(budget) = self.budget() else { return Ok(made) };
         if self.options.chooses {
-            return self.cut(sizes.clone(), made, budget);
+            return Ok(self.choose(made));
         }
+        let Sizes::Budget(budget) = self.options.sizes else { return Ok(made) };
         let mut shares = self.shares(&made)?;
         for _ in 0..ATTEMPTS {
             let bytes: usize = made.iter().flatten().map(Made::bytes).sum();
@@ -236,58 +229,43 @@ impl TextureMaker<'_> {
         Err(Error::Options { what })
     }
 
-    /// Makes images smaller, or leaves them to the source's, those of least worth per byte first, until
-    /// all together take at most so many bytes. A normal map of a quarter of its size is off by less than
-    /// none; a color that gets blurred more than a shared one slides goes by itself.
-    fn cut(
-        &self,
-        mut sizes: SheetSizes,
-        mut made: Vec<Vec<Made>>,
-        budget: u64,
-    ) -> Result<Vec<Vec<Made>>> {
-        loop {
-            let bytes: usize = made.iter().flatten().map(Made::bytes).sum();
-            let mut excess = (bytes as u64).saturating_sub(budget) as usize;
-            if excess == 0 {
-                return Ok(made);
+    /// Chooses among the images of all sheets and levels.
+    fn choose(&self, mut made: Vec<Vec<Made>>) -> Vec<Vec<Made>> {
+        if matches!(self.options.sizes, Sizes::Budget(_)) {
+            // It is of bytes of levels' own, whatever they replace.
+            let all = made.iter_mut().flatten().flat_map(|made| &mut made.measured);
+            all.for_each(|own| own.shared_bytes = 0);
+        }
+        let all = made.iter().flatten().flat_map(|made| &made.measured);
+        let all: Vec<&Measured> = all.collect();
+        let mut picks = select(&all, self.budget()).into_iter();
+        for (sheet, levels) in self.sheets.iter().zip(&mut made) {
+            for (level, made) in levels.iter_mut().enumerate() {
+                let own: Vec<_> = picks.by_ref().take(made.measured.len()).collect();
+                sheet.take(made, level + 1, &own);
             }
-            let before = sizes.clone();
-            for at in by_worth(&made) {
-                let Priced { sheet, level, output, bytes, .. } = at;
-                if excess == 0 {
-                    break;
-                }
-                if sizes[sheet][level] != before[sheet][level] {
-                    // It is about to be made smaller.
-                    excess = excess.saturating_sub(bytes - bytes / 4);
-                    continue;
-                }
-                let size = before[sheet][level];
-                if size.into_iter().min() > Some(LEAST_SIDE) {
-                    sizes[sheet][level] = halved(size, 1);
-                    excess = excess.saturating_sub(bytes - bytes / 4);
-                } else {
-                    made[sheet][level].leave(output);
-                    excess = excess.saturating_sub(bytes);
-                }
+        }
+        made
+    }
+
+    /// Most bytes of all images together, where they are chosen.
+    fn budget(&self) -> Option<u64> {
+        let images = &self.origin.asset.images;
+        match self.options.sizes {
+            Sizes::Budget(budget) => Some(budget),
+            Sizes::Needed => {
+                let files: usize = images.iter().map(|image| image.bytes.len()).sum();
+                Some((files as u64).max(self.texels()))
             }
-            if sizes == before && by_worth(&made).is_empty() {
-                return Ok(made);
-            }
-            made = self.make(&sizes, made)?;
+            Sizes::Scale(_) => None,
         }
     }
 
-    /// Most bytes of all images together.
-    fn budget(&self) -> Option<u64> {
-        match self.options.sizes {
-            Sizes::Budget(budget) => Some(budget),
-            Sizes::Needed if self.options.chooses => {
-                let images = self.origin.asset.images.iter();
-                Some(images.map(|image| image.bytes.len() as u64).sum())
-            }
-            Sizes::Needed | Sizes::Scale(_) => None,
-        }
+    /// Texels of the source's images that levels may have of their own.
+    fn texels(&self) -> u64 {
+        let of =
+            |sheet: &Sheet<'_>| (sheet.pictures().len() * sheet.size[0] * sheet.size[1]) as u64;
+        self.sheets.iter().map(of).sum()
     }
 
     /// Makes all images that `before` does not have at their size.

@@ -22,6 +22,8 @@ pub(crate) struct Origin<'a> {
     pub(crate) repairs: &'a [ImageRepair],
     /// The images after repair, as files, which levels use where an image is not made anew.
     pub(crate) images: &'a [EncodedImage],
+    /// Whether each level is a file of its own, and there is none of all levels.
+    pub(crate) has_level_files_alone: bool,
     pub(crate) screen: Screen,
     pub(crate) limit: MemoryLimit,
 }

@@ -86,7 +86,7 @@ impl Plan {
                 self.merge_groups().find(|merge_group| merge_group.materials.contains(&material));
             let textures = slots.iter().map(|slot| {
                 let own = choices.iter().filter(|(image, _)| *image == slot.image);
-                let choices: Vec<TextureChoice> = own.map(|(_, choice)| *choice).collect();
+                let choices: Vec<TextureChoice> = own.map(|(_, choice)| choice.clone()).collect();
                 let mut old = choices.iter().filter(|choice| !choice.gained).peekable();
                 let stays = old.peek().is_some() && old.all(|choice| !choice.own);
                 let outcome = match merge_group {

@@ -9,9 +9,9 @@ use seamwise_attr::Mesh;
 use seamwise_texture::transfer::{
     ImageErrors, Job, Output, Pair, Picture, Reading, Transferred, errors, transfer,
 };
-use seamwise_texture::{Role, Validity, keep_coverage, repair};
+use seamwise_texture::{Role, Validity, keep_coverage, repair, scale_down};
 
-use super::choice::{PLACES, TextureChoice, is_worth, worth};
+use super::choice::{Candidate, Measured, PLACES, TextureChoice};
 use super::encode::store;
 use super::layout::{ChartGroup, ImageUse, MergeGroup, NewNormals, SourceReading, UvLayout, faces};
 use super::merged_images;
@@ -27,6 +27,10 @@ use crate::surface::geometry::Geometry;
 
 /// Levels gain a normal map for a loss of shading from this RMS angle on, in degrees.
 const LOST_SHAPE_DEGREES: f64 = 1.0;
+/// The most halvings of an image that is chosen among.
+const HALVINGS: u32 = 3;
+/// A smaller side is not made for a choice.
+const LEAST_SIDE: usize = 64;
 
 /// The surfaces of a level, with its textures' UVs.
 pub(super) struct LevelSurfaces<'a> {
@@ -56,8 +60,9 @@ pub(super) struct Made {
     pub(super) images: Vec<(usize, EncodedImage)>,
     pub(super) normals: Vec<NormalMap>,
     pub(super) merged: Option<MergedMaterial>,
-    /// The choices between them and the source's, if one was made: each with the index of the image, or
-    /// of the one whose layout a gained normal map has. Levels are told by the caller.
+    /// All that they may be, where they are chosen; then nothing is above before the choice is made.
+    pub(super) measured: Vec<Measured>,
+    /// The choices: each with the index of the image, or of the one whose layout a gained normal map has.
     pub(super) choices: Vec<(usize, TextureChoice)>,
 }
 
@@ -67,21 +72,6 @@ impl Made {
         let old = self.images.iter().map(|(_, image)| image.bytes.len());
         let new = self.normals.iter().map(|own| own.image.bytes.len());
         old.chain(new).sum::<usize>() + self.merged.as_ref().map_or(0, MergedMaterial::bytes)
-    }
-}
-
-impl Made {
-    /// Leaves an image, by its number among the choices, to the source's.
-    pub(super) fn leave(&mut self, output: usize) {
-        let (image, choice) = self.choices[output];
-        if choice.gained {
-            let before = self.choices[..output].iter();
-            let at = before.filter(|(_, other)| other.gained && other.own).count();
-            self.normals.remove(at);
-        } else {
-            self.images.retain(|(own, _)| *own != image);
-        }
-        self.choices[output].1.own = false;
     }
 }
 
@@ -115,15 +105,6 @@ pub(super) fn sheets<'a>(
     Ok(sheets)
 }
 
-/// The errors of the images of a job, and of the source's in their place.
-fn measure(job: &Job<'_>, images: &[DynamicImage]) -> Result<Vec<ImageErrors>> {
-    let read = |(image, output): (&DynamicImage, &Output<'_>)| Picture::new(image, output.role);
-    let pictures = images.par_iter().zip(job.outputs).map(read);
-    let pictures: Vec<Picture> =
-        pictures.collect::<std::result::Result<_, _>>().map_err(Error::internal)?;
-    Ok(errors(job, &pictures, PLACES))
-}
-
 fn image_size(origin: &Origin<'_>, image: usize) -> Result<[usize; 2]> {
     dimensions(&origin.asset.images[image], &format!("/images/{image}"), origin.limit)
 }
@@ -151,7 +132,7 @@ fn merged_sheet<'a>(
 
 impl Sheet<'_> {
     /// The source's images, each with what its texels mean.
-    fn pictures(&self) -> Vec<(usize, Role)> {
+    pub(super) fn pictures(&self) -> Vec<(usize, Role)> {
         match &self.layout.merge_group {
             Some(merge_group) => merge_group.pictures(),
             None => self.images.iter().map(|own| (own.image, own.role)).collect(),
@@ -235,86 +216,123 @@ impl Sheet<'_> {
         let coverage = |output: usize| {
             originals.get(output).filter(|_| merge_group.is_none()).and_then(|own| own.coverage)
         };
-        let fill = |(at, (mut image, validity)): (usize, (DynamicImage, Validity))| {
+        let fill = |at: usize, mut image: DynamicImage, validity: &Validity| {
             if let Some(Coverage { cutoff, share }) = coverage(at) {
-                keep_coverage(&mut image, &validity, cutoff, share).map_err(Error::internal)?;
+                keep_coverage(&mut image, validity, cutoff, share).map_err(Error::internal)?;
             }
-            repair(&mut image, outputs[at].role, &validity, wrap).map_err(Error::internal)?;
+            repair(&mut image, outputs[at].role, validity, wrap).map_err(Error::internal)?;
             Ok(image)
         };
-        let filled = images.into_par_iter().enumerate().map(fill).collect::<Result<Vec<_>>>()?;
         let is_lost =
             options.bake_normals == BakeNormals::On || normal_degrees_rms >= LOST_SHAPE_DEGREES;
+        let is_wanted = |at: usize| at < self.images.len() || is_lost;
         let format = (options.format, options.quality);
+        let before = |at: usize| self.images.get(at).map(|own| &origin.asset.images[own.image]);
+        let none = Made {
+            size,
+            images: vec![],
+            normals: vec![],
+            merged: None,
+            measured: vec![],
+            choices: vec![],
+        };
+        if options.chooses && is_in_place && merge_group.is_none() {
+            let candidates = |(at, image): (usize, &(DynamicImage, Validity))| {
+                let one = |(image, validity): (DynamicImage, Validity)| {
+                    store(&fill(at, image, &validity)?, outputs[at].role, before(at), format)
+                };
+                let smaller = smaller(image, outputs[at].role, is_wanted(at))?;
+                smaller.into_par_iter().map(one).collect::<Result<Vec<_>>>()
+            };
+            let stored = images.par_iter().enumerate().map(candidates).collect::<Result<_>>()?;
+            return Ok(Made { measured: self.measure(&job, stored, origin)?, ..none });
+        }
+        let filled = images.into_par_iter().enumerate();
+        let filled = filled.map(|(at, (image, validity))| fill(at, image, &validity));
+        let filled = filled.collect::<Result<Vec<_>>>()?;
         if let Some(merge_group) = merge_group {
             let (had, gains) = (gains, gains && is_lost);
             let merged =
                 merged_images::finish(merge_group, originals, (&filled, had), gains, format)?;
-            let (images, normals) = (Vec::new(), Vec::new());
-            let choices = Vec::new();
-            return Ok(Made { size, images, normals, merged: Some(merged), choices });
+            return Ok(Made { merged: Some(merged), ..none });
         }
-        let errors = match options.chooses && is_in_place {
-            true => Some(measure(&job, &filled)?),
-            false => None,
+        let stored = |(at, image): (usize, &DynamicImage)| match is_wanted(at) {
+            true => store(image, outputs[at].role, before(at), format).map(Some),
+            false => Ok(None),
         };
-        let is_own = |at: usize| errors.as_ref().is_none_or(|errors| is_worth(&errors[at]));
-        let stored = |(at, image): (usize, &DynamicImage)| {
-            let is_gained = at >= self.images.len();
-            if !is_own(at) || is_gained && !is_lost {
-                return Ok(None);
-            }
-            let own = self.images.get(at);
-            let before = own.map(|own| &origin.asset.images[own.image]);
-            store(image, outputs[at].role, before, format).map(Some)
-        };
-        let mut stored: Vec<Option<EncodedImage>> =
+        let stored: Vec<Option<EncodedImage>> =
             filled.par_iter().enumerate().map(stored).collect::<Result<_>>()?;
-        let choices =
-            errors.map_or(Vec::new(), |errors| self.choices(origin, size, &errors, &stored));
-        let new = stored.split_off(self.images.len());
-        let old = self.images.iter().zip(stored);
-        let gain = |(normals, image): (&&NewNormals, Option<EncodedImage>)| {
-            let (materials, like) = (normals.materials.clone(), normals.like.clone());
-            Some(NormalMap { image: image?, materials, like })
-        };
-        Ok(Made {
-            size,
-            images: old.filter_map(|(own, image)| Some((own.image, image?))).collect(),
-            normals: self.normals.iter().zip(new).filter_map(gain).collect(),
-            merged: None,
-            choices,
-        })
+        let mut made = none;
+        for (at, image) in stored.into_iter().enumerate() {
+            self.put(&mut made, at, image);
+        }
+        Ok(made)
     }
 
-    /// The choices of images of `size`, of which those are stored that are a level's own.
-    fn choices(
+    /// Takes an image as that of an output.
+    fn put(&self, made: &mut Made, output: usize, image: Option<EncodedImage>) {
+        let Some(image) = image else { return };
+        match self.images.get(output) {
+            Some(own) => made.images.push((own.image, image)),
+            None => {
+                let normals = self.normals[output - self.images.len()];
+                let (materials, like) = (normals.materials.clone(), normals.like.clone());
+                made.normals.push(NormalMap { image, materials, like });
+            }
+        }
+    }
+
+    /// Takes what was chosen for a level, one per output.
+    pub(super) fn take(&self, made: &mut Made, level: usize, picks: &[Option<usize>]) {
+        for (at, (mut own, pick)) in
+            std::mem::take(&mut made.measured).into_iter().zip(picks).enumerate()
+        {
+            made.choices.push((own.image, own.choice(level, *pick)));
+            self.put(made, at, pick.map(|pick| own.own.swap_remove(pick).1));
+        }
+    }
+
+    /// Holds the images of each output, as they are stored, against the source.
+    fn measure(
         &self,
+        job: &Job<'_>,
+        stored: Vec<Vec<EncodedImage>>,
         origin: &Origin<'_>,
-        size: [usize; 2],
-        errors: &[ImageErrors],
-        stored: &[Option<EncodedImage>],
-    ) -> Vec<(usize, TextureChoice)> {
-        let old = self.images.iter().map(|own| (own.image, own.role, false));
-        let new = self.normals.iter().map(|own| (own.image, Role::Normal, true));
-        let outputs = old.chain(new).enumerate();
-        let share = (size[0] * size[1]) as f64 / (self.size[0] * self.size[1]) as f64;
-        let of = |(at, (image, role, gained)): (usize, (usize, Role, bool))| {
-            let (errors, own) = (&errors[at], stored[at].as_ref());
-            let guess = || (origin.asset.images[image].bytes.len() as f64 * share) as usize;
-            let choice = TextureChoice {
-                level: 0,
-                own: own.is_some(),
-                shared_error: errors.shared,
-                own_error: errors.own,
-                own_size: size,
-                worth: worth(errors, role),
-                own_bytes: own.map_or_else(guess, |own| own.bytes.len()),
-                gained,
+    ) -> Result<Vec<Measured>> {
+        let read = |(stored, output): (&Vec<EncodedImage>, &Output<'_>)| {
+            let one = |image: &EncodedImage| {
+                let image = decode(image, "a level's image", origin.limit)?;
+                Picture::new(&image, output.role).map_err(Error::internal)
             };
-            (image, choice)
+            stored.par_iter().map(one).collect::<Result<Vec<_>>>()
         };
-        outputs.map(of).collect()
+        let pictures = stored.par_iter().zip(job.outputs).map(read);
+        let pictures = pictures.collect::<Result<Vec<_>>>()?;
+        let size = |picture: &Picture| [0, 1].map(|axis| picture.size()[axis] as usize);
+        let sizes: Vec<Vec<_>> =
+            pictures.iter().map(|own| own.iter().map(size).collect()).collect();
+        let errors = errors(job, &pictures, PLACES);
+        let old = self.images.iter().map(|own| (own.image, false));
+        let uses = old.chain(self.normals.iter().map(|own| (own.image, true)));
+        let of = |(at, ((image, gained), files)): (usize, ((usize, bool), Vec<EncodedImage>))| {
+            let ImageErrors { shared, own, share } = &errors[at];
+            let own = files.into_iter().zip(own).zip(&sizes[at]).map(|((file, &error), &size)| {
+                (Candidate { size, bytes: file.bytes.len(), error }, file)
+            });
+            let (role, own) = (job.outputs[at].role, own.collect());
+            let in_file = origin.has_level_files_alone && !gained;
+            let shared_bytes = if in_file { origin.images[image].bytes.len() } else { 0 };
+            Measured {
+                shared_bytes,
+                image,
+                role,
+                gained,
+                shared_error: *shared,
+                share: *share,
+                own,
+            }
+        };
+        Ok(uses.zip(stored).enumerate().map(of).collect())
     }
 
     /// The source's images, then the new normal maps.
@@ -338,4 +356,24 @@ impl Sheet<'_> {
         });
         old.chain(new).collect()
     }
+}
+
+/// An image in its own size and in smaller ones; none at all if it is not wanted.
+fn smaller(
+    (image, validity): &(DynamicImage, Validity),
+    role: Role,
+    is_wanted: bool,
+) -> Result<Vec<(DynamicImage, Validity)>> {
+    let mut all = Vec::new();
+    let least = image.width().min(image.height()) as usize;
+    for halvings in 0..=HALVINGS {
+        if !is_wanted || halvings > 0 && least >> halvings < LEAST_SIDE {
+            break;
+        }
+        all.push(match halvings {
+            0 => (image.clone(), validity.clone()),
+            _ => scale_down(image, role, validity, halvings).map_err(Error::internal)?,
+        });
+    }
+    Ok(all)
 }

@@ -45,7 +45,7 @@ fn auto(sizes: Sizes) -> Textures {
 
 fn choices(baked: &Baked) -> Vec<TextureChoice> {
     let textures = baked.report.materials.iter().flat_map(|own| &own.textures);
-    textures.flat_map(|own| own.choices.iter().copied()).collect()
+    textures.flat_map(|own| own.choices.iter().cloned()).collect()
 }
 
 #[test]
@@ -67,7 +67,7 @@ fn a_choice_is_no_worse_than_either_way_and_its_estimate_is_what_is_measured() {
             let ratio = estimate / color(forced);
             assert!((0.8..1.25).contains(&ratio), "{level}: {estimate} {}", color(forced));
         }
-        assert_eq!(told.own, told.own_error < 0.95 * told.shared_error);
+        assert_eq!(told.own, told.own_error < 0.98 * told.shared_error);
     }
 }
 

@@ -21,25 +21,25 @@ const CHUNK: usize = 1024;
 const SPREAD: [f64; 2] = [0.754_877_666_246_693, 0.569_840_290_998_053_2];
 
 /// Errors of an image over a level, as root mean squares.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct ImageErrors {
     /// With the source's image, or without any where it has none.
     pub shared: f64,
-    /// With the level's own.
-    pub own: f64,
+    /// With each of the level's own.
+    pub own: Vec<f64>,
     /// The share of the level that uses it.
     pub share: f64,
 }
 
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Default)]
 struct Squares {
     shared: f64,
-    own: f64,
+    own: Vec<f64>,
     count: usize,
 }
 
-/// The errors of each output of a job, whose images are `made`, at so many places.
-pub fn errors(job: &Job<'_>, made: &[Picture], places: usize) -> Vec<ImageErrors> {
+/// The errors of each output of a job at so many places; `made` has images that it may be, of any size.
+pub fn errors(job: &Job<'_>, made: &[Vec<Picture>], places: usize) -> Vec<ImageErrors> {
     let areas: Vec<f64> =
         job.faces.iter().map(|face| area(job, face.pair, face.triangle)).collect();
     let mut ends = areas;
@@ -53,7 +53,9 @@ pub fn errors(job: &Job<'_>, made: &[Picture], places: usize) -> Vec<ImageErrors
     }
     let texels = job.texels();
     let chunk = |chunk: usize| {
-        let mut squares = vec![Squares::default(); job.outputs.len()];
+        let none =
+            |made: &Vec<Picture>| Squares { own: vec![0.0; made.len()], ..Squares::default() };
+        let mut squares: Vec<Squares> = made.iter().map(none).collect();
         let mut last = None;
         for place in chunk * CHUNK..((chunk + 1) * CHUNK).min(places) {
             let at = (place as f64 + 0.5) / places as f64 * sum;
@@ -65,15 +67,14 @@ pub fn errors(job: &Job<'_>, made: &[Picture], places: usize) -> Vec<ImageErrors
     let chunks: Vec<Vec<Squares>> =
         (0..places.div_ceil(CHUNK)).into_par_iter().map(chunk).collect();
     let of = |output: usize| {
-        let own = chunks.iter().map(|chunk| chunk[output]);
-        let all = own.fold(Squares::default(), |a, b| Squares {
-            shared: a.shared + b.shared,
-            own: a.own + b.own,
-            count: a.count + b.count,
-        });
-        let rms = |sum: f64| (sum / all.count.max(1) as f64).sqrt();
-        let share = all.count as f64 / places.max(1) as f64;
-        ImageErrors { shared: rms(all.shared), own: rms(all.own), share }
+        let count: usize = chunks.iter().map(|chunk| chunk[output].count).sum();
+        let rms = |square: &dyn Fn(&Squares) -> f64| {
+            let sum: f64 = chunks.iter().map(|chunk| square(&chunk[output])).sum();
+            (sum / count.max(1) as f64).sqrt()
+        };
+        let own = (0..made[output].len()).map(|at| rms(&|squares| squares.own[at])).collect();
+        let share = count as f64 / places.max(1) as f64;
+        ImageErrors { shared: rms(&|squares| squares.shared), own, share }
     };
     (0..job.outputs.len()).map(of).collect()
 }
@@ -87,7 +88,7 @@ fn area(job: &Job<'_>, pair: u32, triangle: u32) -> f64 {
 /// Adds the errors at a place on a face.
 fn look(
     job: &Job<'_>,
-    made: &[Picture],
+    made: &[Vec<Picture>],
     (index, texel, place): (usize, f32, usize),
     squares: &mut [Squares],
     last: &mut Option<(u32, SurfacePoint)>,
@@ -118,32 +119,36 @@ fn look(
         let truth = read(&pair.source.side, there);
         let shared =
             if uv_set < pair.level.mesh.layout.uv_sets { read(&pair.level, at) } else { truth };
-        let own = made.near(face.uv(at.barycentrics), job.wrap);
-        let off = match output.role {
-            Role::Normal => {
-                let flat = |read: Option<Vec4>| read.map_or(Vec3::Z, vector);
-                let turn = |frame: Mat3, normal: Vec3| (frame * normal).normalize_or(smooth);
-                let truth =
-                    turn(pair.source.side.frame(there), scaled(flat(truth), reading.normal_scale));
-                let frame = triangle.frame(at.barycentrics);
-                let shared = match shared {
-                    None => smooth,
-                    Some(_) => turn(frame, scaled(flat(shared), reading.normal_scale)),
-                };
-                let own = turn(frame, scaled(vector(own), reading.level_normal_scale));
-                [shared, own].map(|normal| f64::from(normal.angle_between(truth)))
-            }
-            Role::Color => {
-                let (truth, shared) = (truth.unwrap_or(Vec4::ONE), shared.unwrap_or(Vec4::ONE));
-                [shared, own].map(|color| per_channel(encoded(color) - encoded(truth)))
-            }
-            Role::Data => {
-                let (truth, shared) = (truth.unwrap_or(Vec4::ONE), shared.unwrap_or(Vec4::ONE));
-                [shared, own].map(|data| per_channel((data - truth).truncate()))
+        let uv = face.uv(at.barycentrics);
+        let own = made.iter().map(|made| made.near(uv, job.wrap));
+        let add = |off: &dyn Fn(Option<Vec4>, f32) -> f64| {
+            squares.shared += off(shared, reading.normal_scale).powi(2);
+            for (square, own) in squares.own.iter_mut().zip(own) {
+                *square += off(Some(own), reading.level_normal_scale).powi(2);
             }
         };
-        squares.shared += off[0] * off[0];
-        squares.own += off[1] * off[1];
+        match output.role {
+            Role::Normal => {
+                let turn = |frame: Mat3, read: Option<Vec4>, scale: f32| {
+                    let read = read.map_or(Vec3::Z, vector);
+                    (frame * scaled(read, scale)).normalize_or(smooth)
+                };
+                let truth = turn(pair.source.side.frame(there), truth, reading.normal_scale);
+                let frame = triangle.frame(at.barycentrics);
+                add(&|read, scale| {
+                    let normal = if read.is_some() { turn(frame, read, scale) } else { smooth };
+                    f64::from(normal.angle_between(truth))
+                });
+            }
+            Role::Color => {
+                let truth = encoded(truth.unwrap_or(Vec4::ONE));
+                add(&|read, _| per_channel(encoded(read.unwrap_or(Vec4::ONE)) - truth));
+            }
+            Role::Data => {
+                let truth = truth.unwrap_or(Vec4::ONE);
+                add(&|read, _| per_channel((read.unwrap_or(Vec4::ONE) - truth).truncate()));
+            }
+        }
         squares.count += 1;
     }
 }
@@ -212,7 +217,7 @@ mod tests {
             is_in_place: true,
             outputs: &outputs,
         };
-        errors(&job, &[made], 4000)[0]
+        errors(&job, &[vec![made]], 4000).remove(0)
     }
 
     /// A ramp of encoded values along u, of `by` over the whole image.
@@ -228,11 +233,11 @@ mod tests {
         // A tenth of 128 of 255, in one channel of three; clamped near the rim.
         let slid = 0.1 * 128.0 / 255.0 / 3f64.sqrt();
         assert!((errors.shared / slid - 1.0).abs() < 0.06, "{errors:?} {slid}");
-        assert_eq!((errors.share, errors.own), (1.0, errors.shared));
+        assert_eq!((errors.share, errors.own[0]), (1.0, errors.shared));
         let none = measured(Role::Data, Some(&picture(128.0)), picture(0.0), 0.0);
         // The root of the mean of x² over 0…1.
         let lost = 128.0 / 255.0 / 3.0;
-        assert!(none.shared < 1e-6 && (none.own / lost - 1.0).abs() < 0.02, "{none:?} {lost}");
+        assert!(none.shared < 1e-6 && (none.own[0] / lost - 1.0).abs() < 0.02, "{none:?} {lost}");
     }
 
     #[test]
@@ -240,6 +245,6 @@ mod tests {
         let lean: DynamicImage = RgbImage::from_pixel(4, 4, Rgb([128, 128, 255])).into();
         let made = Picture::new(&lean, Role::Normal).expect("a picture");
         let errors = measured(Role::Normal, None, made, 0.0);
-        assert!(errors.shared < 1e-3 && errors.own < 0.01, "{errors:?}");
+        assert!(errors.shared < 1e-3 && errors.own[0] < 0.01, "{errors:?}");
     }
 }

@@ -68,7 +68,7 @@ impl Picture {
     }
 
     /// Width and height in texels.
-    pub(super) fn size(&self) -> Vec2 {
+    pub fn size(&self) -> Vec2 {
         let level = self.mips.level(0);
         Vec2::new(level.width() as f32, level.height() as f32)
     }
