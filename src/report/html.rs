@@ -8,6 +8,7 @@ use askama::Template;
 use seamwise_texture::Role;
 
 use super::chart::{COLORS, Chart};
+use super::choices::choice_rows;
 use super::cost::{Bar, counted, machine, thread_bars, timing_bars};
 use super::figures::{Measured, charts, file_name, series_colors, short_names};
 use super::level_textures::TexturePictures;
@@ -61,6 +62,7 @@ struct Page<'a> {
     verdicts: Vec<Verdict>,
     options: &'a [String],
     meshes: Vec<Vec<String>>,
+    choices: Vec<Vec<String>>,
     warnings: Vec<String>,
     notes: Vec<String>,
     charts: Vec<Chart>,
@@ -166,6 +168,7 @@ pub fn bake_page(report: &BakeReport, extras: &Extras) -> Result<String> {
         verdicts: verdicts(report, &extras.files),
         options: &extras.options,
         meshes: mesh_rows(&report.meshes),
+        choices: choice_rows(&report.materials),
         atlases: extras.atlases.shown.iter().map(atlas_block).collect(),
         atlas_notes: atlas_notes(&extras.atlases),
         level_textures: &extras.level_textures,
@@ -275,6 +278,7 @@ impl<'a> Page<'a> {
             verdicts: Vec::new(),
             options: &[],
             meshes: Vec::new(),
+            choices: Vec::new(),
             warnings: Vec::new(),
             notes: Vec::new(),
             charts: Vec::new(),

@@ -1,6 +1,7 @@
 //! Reports of a bake and of an evaluation, as JSON, as a table and as a page.
 
 mod chart;
+mod choices;
 mod columns;
 mod cost;
 mod csv;

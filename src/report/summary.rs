@@ -1,6 +1,7 @@
 //! A bake and an evaluation in a few lines for people: what was made, how it compares, what is wrong,
 //! and what to do next.
 
+use super::choices::{budget_line, choice_table};
 use super::columns::{Column, fit, size, wrap};
 use super::meshes::mesh_table;
 use super::ticks::grouped;
@@ -20,6 +21,7 @@ impl BakeReport {
     /// The report for people, in lines of at most `width` signs where that can be.
     pub fn to_text(&self, width: usize) -> String {
         let mut text = fit(self.columns(), width) + &mesh_table(&self.meshes, width);
+        text += &choice_table(&self.materials, width);
         let lines = [
             self.cleaned(),
             self.misses(),
@@ -130,7 +132,9 @@ impl BakeReport {
     /// A line for each material with a texture that levels share, with the reason.
     fn shared_textures(&self) -> Vec<String> {
         let line = |own: &MaterialTextures| {
-            let why = own.textures.iter().find_map(|texture| texture.why.as_ref())?;
+            // The choices have a table.
+            let told = own.textures.iter().filter(|texture| texture.choices.is_empty());
+            let why = told.filter_map(|texture| texture.why.as_ref()).next()?;
             Some(format!("material {} shares textures with its source: {why}", own.called()))
         };
         self.materials.iter().filter_map(line).collect()
@@ -177,7 +181,7 @@ impl BakeReport {
 
     /// What would help most.
     fn next_steps(&self) -> Vec<String> {
-        let mut steps = Vec::new();
+        let mut steps: Vec<String> = budget_line(&self.materials).into_iter().collect();
         if let Some((last, level)) = self.levels.iter().enumerate().next_back() {
             let share = level.texture_bytes as f64 / level.bytes.max(1) as f64;
             if self.materials.is_empty() && share >= MOSTLY && level.texture_bytes > SMALL {
