@@ -6,7 +6,7 @@
 //! texels nearest to them (Lloyd, "Least Squares Quantization in PCM", 1982). Distances are those of the
 //! stored bytes. Texels are not dithered: noise would cost more bytes than a palette saves.
 
-use image::DynamicImage;
+use image::{DynamicImage, RgbaImage};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
@@ -85,6 +85,28 @@ pub(crate) fn reduce_beside(image: &DynamicImage, kept: &DynamicImage) -> Option
     Some(with_nearest(image, &new, &palette))
 }
 
+/// The picture with no more than 256 colors where it is not valid; none if it has no more there, or other
+/// than eight bits a channel.
+pub(crate) fn reduce_fill(image: &DynamicImage, valid: &[bool]) -> Option<DynamicImage> {
+    if !has_bytes(image) {
+        return None;
+    }
+    let mut reduced = image.to_rgba8();
+    let filled = reduced.pixels().zip(valid).filter(|(_, is_valid)| !**is_valid);
+    let (colors, counts) = count(filled.map(|(texel, _)| texel.0));
+    if colors.len() <= MAX_COLORS {
+        return None;
+    }
+    let palette = split(&colors, &counts, MAX_COLORS);
+    let places = nearest(&colors, &palette);
+    let become_: FxHashMap<Color, Color> =
+        colors.iter().zip(places).map(|(own, place)| (*own, palette[place])).collect();
+    for (texel, _) in reduced.pixels_mut().zip(valid).filter(|(_, is_valid)| !**is_valid) {
+        texel.0 = become_[&texel.0];
+    }
+    Some(as_before(reduced, image))
+}
+
 /// A picture with the nearest of a palette in the place of each of these colors.
 fn with_nearest(image: &DynamicImage, colors: &[Color], palette: &[Color]) -> DynamicImage {
     let places = nearest(colors, palette);
@@ -93,20 +115,30 @@ fn with_nearest(image: &DynamicImage, colors: &[Color], palette: &[Color]) -> Dy
     let mut reduced = image.to_rgba8();
     let change = |color: &mut Color| become_.get(color).into_iter().for_each(|new| *color = *new);
     reduced.pixels_mut().for_each(|texel| change(&mut texel.0));
-    let reduced = DynamicImage::from(reduced);
-    if image.color().has_alpha() { reduced } else { reduced.to_rgb8().into() }
+    as_before(reduced, image)
+}
+
+/// Texels with alpha only where a picture has it.
+fn as_before(texels: RgbaImage, before: &DynamicImage) -> DynamicImage {
+    let texels = DynamicImage::from(texels);
+    if before.color().has_alpha() { texels } else { texels.to_rgb8().into() }
+}
+
+fn has_bytes(image: &DynamicImage) -> bool {
+    image.color().bytes_per_pixel() == image.color().channel_count()
 }
 
 /// The colors of a picture in order, and how many texels have each.
 fn count_colors(image: &DynamicImage) -> Option<(Vec<Color>, Vec<u64>)> {
-    if image.color().bytes_per_pixel() != image.color().channel_count() {
-        return None;
-    }
+    has_bytes(image).then(|| count(image.to_rgba8().pixels().map(|texel| texel.0)))
+}
+
+fn count(texels: impl Iterator<Item = Color>) -> (Vec<Color>, Vec<u64>) {
     let mut counts: FxHashMap<Color, u64> = FxHashMap::default();
-    image.to_rgba8().pixels().for_each(|texel| *counts.entry(texel.0).or_default() += 1);
+    texels.for_each(|texel| *counts.entry(texel).or_default() += 1);
     let mut colors: Vec<(Color, u64)> = counts.into_iter().collect();
     colors.sort_unstable();
-    Some(colors.into_iter().unzip())
+    colors.into_iter().unzip()
 }
 
 /// The place in the palette that is nearest to each color, the first of equal ones.
