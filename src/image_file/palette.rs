@@ -242,6 +242,22 @@ mod tests {
     }
 
     #[test]
+    fn a_fill_takes_few_colors_and_valid_texels_stay() {
+        let image: DynamicImage = image::RgbImage::from_fn(64, 64, |x, y| {
+            image::Rgb([(4 * x) as u8, (4 * y) as u8, (x * y / 16) as u8])
+        })
+        .into();
+        let valid: Vec<bool> = (0..64 * 64).map(|texel| texel % 64 < 20).collect();
+        let reduced = reduce_fill(&image, &valid).expect("many colors");
+        let (before, after) = (image.to_rgb8(), reduced.to_rgb8());
+        let texels = before.pixels().zip(after.pixels()).zip(&valid);
+        assert!(texels.clone().all(|((a, b), valid)| !valid || a == b));
+        let filled = texels.filter(|(_, valid)| !**valid).map(|((_, b), _)| b.0);
+        assert!(filled.collect::<std::collections::HashSet<_>>().len() <= MAX_COLORS);
+        assert!(reduce_fill(&image, &[true; 64 * 64]).is_none());
+    }
+
+    #[test]
     fn colors_beside_a_palette_become_near_ones_and_its_own_stay() {
         let plain = |x, y| Rgb([(x / 8 * 32) as u8, (y / 8 * 32) as u8, 90]);
         let kept: DynamicImage = RgbImage::from_fn(64, 64, plain).into();

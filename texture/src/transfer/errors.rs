@@ -1,8 +1,8 @@
 //! How far a level looks from its source with the source's images, and with its own.
 //!
 //! Both are read at places spread evenly over the level, and held against what the source shows at
-//! the place that belongs to each: colors as they are encoded in sRGB, data as it is stored, and
-//! directions of shading for normal maps. No mip maps: what is told is what is seen from near by.
+//! the place that belongs to each: colors as they are encoded in sRGB, with their alpha, data as it is
+//! stored, and directions of shading for normal maps. No mip maps: what is told is what is seen from near by.
 
 use glam::{Mat3, Vec3, Vec4};
 use rayon::prelude::*;
@@ -146,7 +146,7 @@ fn look(
             }
             Role::Data => {
                 let truth = truth.unwrap_or(Vec4::ONE);
-                add(&|read, _| per_channel((read.unwrap_or(Vec4::ONE) - truth).truncate()));
+                add(&|read, _| per_channel((read.unwrap_or(Vec4::ONE) - truth).with_w(0.0)));
             }
         }
         squares.count += 1;
@@ -162,19 +162,22 @@ fn spread(place: usize) -> Vec3 {
     Vec3::new((1.0 - a - b) as f32, a as f32, b as f32)
 }
 
-/// The root of the mean of the squares of three channels.
-fn per_channel(off: Vec3) -> f64 {
+/// The root of the mean of the squares of three channels; what more there is, alpha, adds to it.
+fn per_channel(off: Vec4) -> f64 {
     (f64::from(off.length_squared()) / 3.0).sqrt()
 }
 
-fn encoded(color: Vec4) -> Vec3 {
-    color.truncate().to_array().map(|x| linear_to_srgb(x.clamp(0.0, 1.0))).into()
+/// A color in sRGB by how much of it is seen, and that.
+fn encoded(color: Vec4) -> Vec4 {
+    let alpha = color.w.clamp(0.0, 1.0);
+    let seen = color.truncate().to_array().map(|x| linear_to_srgb(x.clamp(0.0, 1.0)) * alpha);
+    Vec3::from(seen).extend(alpha)
 }
 
 #[cfg(test)]
 mod tests {
 
-    use image::{ColorType, DynamicImage, Rgb, RgbImage};
+    use image::{ColorType, DynamicImage, Rgb, RgbImage, Rgba, RgbaImage};
     use seamwise_attr::{Layout, Mesh, Vertices, weld};
 
     use super::super::{Face, Output, Pair, ShadingMesh, Source};
@@ -238,6 +241,18 @@ mod tests {
         // The root of the mean of x² over 0…1.
         let lost = 128.0 / 255.0 / 3.0;
         assert!(none.shared < 1e-6 && (none.own[0] / lost - 1.0).abs() < 0.02, "{none:?} {lost}");
+    }
+
+    #[test]
+    fn a_lost_cutout_is_an_error_and_what_is_not_seen_is_none() {
+        let texels = |alpha: u8, red: u8| {
+            let texels = RgbaImage::from_pixel(4, 4, Rgba([red, 40, 40, alpha]));
+            Picture::new(&texels.into(), Role::Color).expect("a picture")
+        };
+        let hidden = measured(Role::Color, Some(&texels(0, 255)), texels(0, 9), 0.0);
+        assert_eq!((hidden.shared, hidden.own[0]), (0.0, 0.0));
+        let lost = measured(Role::Color, Some(&texels(0, 40)), texels(255, 40), 0.0);
+        assert!(lost.own[0] > 0.5, "{lost:?}");
     }
 
     #[test]
