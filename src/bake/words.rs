@@ -28,6 +28,9 @@ pub(super) fn option_words(options: &BakeOptions) -> Vec<String> {
     let textures = match options.textures {
         Textures::Keep => "textures as they are, shared",
         Textures::Repair => "textures repaired and shared",
+        Textures::Transfer(own) if own.chooses => {
+            "textures of each level's own where they show less error"
+        }
         Textures::Transfer(_) => "textures of each level's own, sampled from the source",
     };
     let screen = &options.screen;

@@ -7,40 +7,42 @@ use seamwise::error::{Error, Result};
 use seamwise::limit::MemoryLimit;
 use seamwise::transfer::{Atlas, BakeNormals, Sizes, TextureFormat, TransferOptions};
 
-/// Arguments for textures. All but the first are of a transfer.
+/// Arguments for textures. All but the first are of levels' own, chosen or forced.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Textures")]
 pub(super) struct TextureArgs {
-    /// Textures of each level's own, or the source's.
-    #[arg(long, value_enum, default_value_t = TextureMode::Repair, value_name = "HOW")]
-    textures: TextureMode,
-    /// With transfer, where the levels' textures are laid out; keep if not given.
+    /// Textures of each level's own, or the source's; auto if not given.
+    ///
+    /// With --quality, --max-bytes and the like, whose levels share what they are bounded by, repair if not given.
+    #[arg(long, value_enum, value_name = "HOW")]
+    textures: Option<TextureMode>,
+    /// With auto or transfer, where the levels' textures are laid out; keep if not given.
     #[arg(long, value_enum, value_name = "WHERE")]
     atlas: Option<AtlasMode>,
-    /// With transfer, bake materials into one atlas and one draw call, where they can be.
+    /// Bake materials into one atlas and one draw call, where they can be.
     ///
     /// They can where they agree in alpha mode, sides and extensions; the others get a packed atlas of their own. The report tells which and why.
     #[arg(long, conflicts_with = "atlas")]
     merge_materials: bool,
-    /// With transfer, the side of each level's textures over those of the level before.
+    /// The side of each level's textures over those of the level before.
     ///
     /// Above 0 and up to 1. Without it they are as large as it takes where the level is shown.
     #[arg(long, value_name = "S", value_parser = parse_scale)]
     texture_scale: Option<f64>,
-    /// With transfer, most bytes that the textures of all levels take together, as 8MB or 500KiB.
+    /// Most bytes that the textures of all levels take together, as 8MB or 500KiB.
     #[arg(long, value_name = "SIZE", conflicts_with = "texture_scale")]
     budget: Option<MemoryLimit>,
-    /// With transfer, the file format of the levels' textures; keep if not given.
+    /// The file format of the levels' textures; keep if not given.
     #[arg(long, value_enum, value_name = "FORMAT")]
     texture_format: Option<FormatMode>,
-    /// With transfer, quality of JPEGs; 95 if not given.
+    /// Quality of JPEGs; 95 if not given.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=100))]
     jpeg_quality: Option<u8>,
-    /// With transfer, whether lit materials without a normal map gain one, with the shape that the
+    /// Whether lit materials without a normal map gain one, with the shape that the
     /// level has lost; auto if not given.
     #[arg(long, value_enum, value_name = "WHEN")]
     bake_normals: Option<NormalMode>,
-    /// With transfer, scale the alpha of textures that a MASK cuts out: leaves do not thin out.
+    /// Scale the alpha of textures that a MASK cuts out: leaves do not thin out.
     ///
     /// As large a share of a level's texels passes its cutoff as of the source's.
     #[arg(long)]
@@ -56,7 +58,8 @@ fn parse_scale(text: &str) -> std::result::Result<f64, String> {
 /// `--textures`.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub(crate) enum TextureMode {
-    /// Each level has its own where they show less error than the source's, within twice its bytes.
+    /// Each level has its own where they show less error than the source's, for no more bytes than the
+    /// source's in all.
     Auto,
     /// Each level has its own, sampled from the surface of the source.
     Transfer,
@@ -121,9 +124,11 @@ impl From<NormalMode> for BakeNormals {
 }
 
 impl TextureArgs {
-    /// The handling of textures that these arguments give.
-    pub(super) fn resolve(&self) -> Result<Textures> {
-        let textures = match self.textures {
+    /// The handling of textures that these arguments give; `has_goals` tells whether levels are sought
+    /// by a bound.
+    pub(super) fn resolve(&self, has_goals: bool) -> Result<Textures> {
+        let default = if has_goals { TextureMode::Repair } else { TextureMode::Auto };
+        let textures = match self.textures.unwrap_or(default) {
             TextureMode::Auto => {
                 let own = self.transfer();
                 // In a new layout nothing can be shared.
@@ -147,7 +152,7 @@ impl TextureArgs {
         match given.iter().find(|(_, is_given)| *is_given) {
             None => Ok(textures),
             Some((name, _)) => {
-                Err(Error::Options { what: format!("{name} needs --textures transfer") })
+                Err(Error::Options { what: format!("{name} needs --textures auto or transfer") })
             }
         }
     }
