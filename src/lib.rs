@@ -16,6 +16,7 @@
 //! - [`bake`](mod@bake) is the straight line through all that stand below it, with its options.
 //! - [`repair`] fills the atlases of a file and leaves the rest as it is.
 //! - [`inspect`](mod@inspect) tells what is in a file.
+//! - [`quadrics`] shows the quadrics of a surface's points as ellipsoids.
 //! - [`report`] tells what was done as JSON, as a table and as a page.
 //! - [`progressive`] writes all levels between the coarsest and the source as one file, and reads any of
 //!   them.
@@ -70,6 +71,7 @@ pub mod level;
 pub mod limit;
 pub mod progress;
 pub mod progressive;
+pub mod quadrics;
 pub mod repair;
 pub mod report;
 pub mod screen;

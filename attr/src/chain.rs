@@ -93,7 +93,8 @@ pub(crate) fn run_chain(
     let mut descent = begin(RegionSource::Mesh(mesh, Arc::clone(&space)), first);
     let mut levels = Vec::with_capacity(targets.len());
     // An error limit is about the source.
-    let rebuilds_quadrics = options.settings.max_error.is_none();
+    let rebuilds_quadrics =
+        options.settings.max_error.is_none() && options.settings.cost.is_summed_anew();
     for &target in targets {
         if regions::is_large(descent.triangles(), target) {
             descent = begin(RegionSource::Working(Box::new(descent.into_working_mesh())), target);

@@ -8,6 +8,7 @@ use crate::edges::{Side, visit_sides};
 use crate::id::{PointId, WedgeId};
 use crate::mesh::Mesh;
 use crate::quadric::{self, PointQuadric, Slopes};
+use crate::settings::Cost;
 use crate::space::Space;
 
 /// Two wedges that are farther apart in UV and color than this share of an edge are on two sides of a
@@ -86,7 +87,9 @@ impl Metric {
         let importance: Vec<f64> =
             sources.iter().map(|&point| self.space.importance(point)).collect();
         self.add_triangles(faces, sources, &importance);
-        self.add_outlines(faces, &importance);
+        if self.space.cost != Cost::Classic {
+            self.add_outlines(faces, &importance);
+        }
     }
 
     /// Counts where points move to for more, once the surface has so many times fewer triangles than its
@@ -171,7 +174,11 @@ impl Metric {
                 let turn = self.motion_factor * turns.iter().sum::<f64>() / 3.0;
                 own.rising(normal * turn, p[0])
             });
-            quadric::set_triangle(&mut own, (p[0], normal), gradients, cross.length() / 6.0);
+            let weight = match space.cost {
+                Cost::Classic => 1.0,
+                Cost::Quadric | Cost::EdgeLength => cross.length() / 6.0,
+            };
+            quadric::set_triangle(&mut own, (p[0], normal), gradients, weight);
             for (wedge, point) in wedges.into_iter().zip(points) {
                 let factor = importance[point.index()];
                 quadric::add_scaled(self.quadric_mut(wedge), &own, factor);

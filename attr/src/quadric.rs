@@ -81,7 +81,7 @@ impl PointQuadric {
 
     /// A p.
     #[inline]
-    fn apply(&self, p: DVec3) -> DVec3 {
+    pub(crate) fn apply(&self, p: DVec3) -> DVec3 {
         let [xx, xy, xz, yy, yz, zz] = self.a;
         DVec3::new(
             xx * p.x + xy * p.y + xz * p.z,

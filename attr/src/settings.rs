@@ -10,6 +10,18 @@ pub enum Cost {
     Quadric,
     /// The squared length of the edge, as a baseline to compare with.
     EdgeLength,
+    /// The plain sum of squared distances to planes, as a baseline to compare with (Garland & Heckbert,
+    /// "Surface simplification using quadric error metrics", SIGGRAPH 1997): one plane for each triangle at a
+    /// point, unweighted and summed once; weights count for nothing, and nothing is held at borders and
+    /// seams or charged for what a collapse exposes. Attributes follow at their own minimum.
+    Classic,
+}
+
+impl Cost {
+    /// Whether quadrics are summed anew as the surface is simplified.
+    pub(crate) fn is_summed_anew(self) -> bool {
+        self != Self::Classic
+    }
 }
 
 /// The placement of a merged point.
@@ -56,6 +68,12 @@ pub struct Weights {
     pub border: f64,
     /// Weight of the planes that hold seams and material boundaries.
     pub seam: f64,
+}
+
+impl Weights {
+    /// Nothing counts but the distance to planes.
+    pub(crate) const NONE: Self =
+        Self { uv: 0.0, normal: 0.0, color: 0.0, motion: 0.0, border: 0.0, seam: 0.0 };
 }
 
 impl Default for Weights {

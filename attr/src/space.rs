@@ -36,7 +36,7 @@ const RANGE: (f64, f64) = (1e-6, 1e6);
 pub(crate) struct Space {
     /// Length of one unit, in the units of the mesh.
     pub(crate) unit: f64,
-    center: DVec3,
+    pub(crate) center: DVec3,
     pub(crate) layout: Layout,
     /// Factors of the entries of attribute rows: one row of factors per group.
     scales: FxHashMap<u32, [f64; MAX_ATTRIBUTES]>,
@@ -78,7 +78,11 @@ impl Space {
 
     /// The space of a mesh, and what the user asks of its points.
     pub(crate) fn of(mesh: &Mesh, options: &Options<'_>) -> Self {
-        let ((center, unit), weights) = (frame(mesh), options.settings.weights);
+        let (center, unit) = frame(mesh);
+        let weights = match options.settings.cost {
+            Cost::Classic => Weights::NONE,
+            Cost::Quadric | Cost::EdgeLength => options.settings.weights,
+        };
         let scales = scales(mesh, weights, unit);
         let motion = options.motion.filter(|_| weights.motion > 0.0);
         Self {

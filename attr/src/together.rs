@@ -70,6 +70,7 @@ impl Shared<'_> {
         let lengths = self.stretches.iter().map(|stretch| stretch * unit);
         match self.options.settings.cost {
             Cost::Quadric => lengths.map(|length| length.powi(4)).sum(),
+            Cost::Classic => lengths.map(|length| length.powi(2)).sum(),
             Cost::EdgeLength => lengths.fold(0.0, f64::max).powi(2),
         }
     }
@@ -178,7 +179,8 @@ impl<'a> Member<'a> {
             scale: own.scale(space.unit),
             summed_at: mesh.triangles.len(),
             source: mesh.triangles.len(),
-            rebuilds_quadrics: options.settings.max_error.is_none(),
+            rebuilds_quadrics: options.settings.max_error.is_none()
+                && options.settings.cost.is_summed_anew(),
             stopped: None,
             removed,
         }

@@ -133,7 +133,12 @@ impl Keywords {
         let cost = match self.cost.as_str() {
             "quadric" => Cost::Quadric,
             "edge-length" => Cost::EdgeLength,
-            other => return Err(format!("{other:?} is no cost: \"quadric\" or \"edge-length\"")),
+            "classic" => Cost::Classic,
+            other => {
+                return Err(format!(
+                    "{other:?} is no cost: \"quadric\", \"edge-length\" or \"classic\""
+                ));
+            }
         };
         let placement = match self.placement.as_str() {
             "best" => Placement::Best,

@@ -189,7 +189,8 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
     let steering = options.steering.resolve(&asset, &geometries, options.reading.memory_limit)?;
     let simplify = || simplify_all(&geometries, &steering, options, progress);
     let mut simplified = clock.time("simplify", |s| &mut s.simplify, simplify)?;
-    if let Some(polish) = &options.polish {
+    let is_bare = options.steering.order.is_bare();
+    if let Some(polish) = options.polish.as_ref().filter(|_| !is_bare) {
         let run = || {
             simplified
                 .all()
@@ -199,7 +200,9 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
     }
     let settle = || {
         simplified.all().try_for_each(|chains| {
-            settle_all(&asset, &geometries, chains, &steering)?;
+            if !is_bare {
+                settle_all(&asset, &geometries, chains, &steering)?;
+            }
             keep_colors(&asset, &geometries, chains, options.reading.memory_limit)
         })
     };

@@ -2,6 +2,7 @@
 
 mod bake;
 mod batch;
+mod camera;
 mod common;
 mod config;
 mod evaluate;
@@ -9,6 +10,7 @@ mod extract;
 mod goals;
 mod look;
 mod output;
+mod quadrics;
 mod reading;
 mod repair;
 mod shell;
@@ -26,6 +28,7 @@ pub(crate) use common::Common;
 pub(crate) use evaluate::EvaluateArgs;
 pub(crate) use extract::ExtractArgs;
 pub(crate) use look::{InspectArgs, SelectArgs};
+pub(crate) use quadrics::QuadricsArgs;
 pub(crate) use reading::ReadingArgs;
 pub(crate) use repair::RepairArgs;
 pub(crate) use shell::{CompletionsArgs, ManArgs};
@@ -63,6 +66,8 @@ pub(crate) enum Command {
     Select(SelectArgs),
     /// Write a page that shows a model and its levels, to be turned and compared.
     View(ViewArgs),
+    /// Draw the quadrics of a surface's points as ellipsoids.
+    Quadrics(QuadricsArgs),
     /// Print completions for a shell.
     Completions(CompletionsArgs),
     /// Write man pages.

@@ -71,6 +71,9 @@ pub(super) struct SteeringArgs {
     #[arg(long, default_value_t = 10.0, value_name = "W")]
     view_weight: f64,
     /// The least cosine between a normal and the direction to the eye that counts as front.
+    ///
+    /// 1 faces the eye, 0 is seen edge-on, −1 faces away: 0 is all that can be seen from there, 0.5 only what is
+    /// within 60° of facing it, −0.2 also a little of what lies beyond the outline, so that it stays round.
     #[arg(long, default_value_t = 0.0, value_name = "G", allow_negative_numbers = true)]
     view_cosine: f64,
     /// Keep more where the surface bends: (1 + curvature by the model's radius) to this power.
@@ -86,6 +89,8 @@ impl SteeringArgs {
                 CostName::Quadric => Order::Quadric,
                 CostName::Geometry => Order::Geometry,
                 CostName::EdgeLength => Order::EdgeLength,
+                CostName::Classic => Order::Classic,
+                CostName::Midpoint => Order::Midpoint,
             },
             placement: match self.placement {
                 PlacementName::Best => Placement::Best,
@@ -132,6 +137,11 @@ enum CostName {
     Geometry,
     /// The length of the edge, as a baseline.
     EdgeLength,
+    /// The plain sum of squared distances to planes, as in the paper of 1997: summed once, at its minimum, an end
+    /// or the middle, no borders held, and no polish.
+    Classic,
+    /// The length of the edge, to its middle, and no polish: the least that one can do.
+    Midpoint,
 }
 
 /// `--placement`.

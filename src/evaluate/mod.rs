@@ -10,6 +10,7 @@ pub mod distance;
 mod farthest;
 mod frame;
 pub mod heat;
+pub mod isosurfaces;
 mod lanes;
 mod light;
 pub mod load;

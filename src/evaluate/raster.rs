@@ -146,6 +146,11 @@ impl Layer {
         Self { triangles: vec![NONE; samples], inverse_depths: vec![0.0; samples] }
     }
 
+    /// 1 / depth at a sample, 0 where nothing is seen.
+    pub(super) fn nearness(&self, sample: usize) -> f32 {
+        self.inverse_depths[sample]
+    }
+
     /// Draws a triangle where it is nearer than what the layer and `solid` hold and `keep` says so
     /// of the sample, by its column and row.
     pub(super) fn draw(

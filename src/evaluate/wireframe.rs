@@ -32,21 +32,60 @@ const LINE: f32 = 0.008;
 /// materials are not there, and of blended triangles the nearest is drawn as if it were opaque.
 pub fn draw_wireframe(scene: &Scene, camera: &Camera, resolution: usize) -> RgbImage {
     let view = View::new(scene, camera, resolution);
-    let shader = Shader::new(&view, Mode::Unlit);
-    let (solid, blended) = find_visible(&view, &shader);
+    draw_under(&view, &Overlay::default())
+}
+
+/// What is drawn over a wireframe where it lies before it.
+#[derive(Default)]
+pub(super) struct Overlay {
+    size: usize,
+    /// One per sample: 1 / depth, 0 where nothing is, and the linear light. Empty if nothing is anywhere.
+    samples: Vec<(f32, Vec3)>,
+}
+
+impl Overlay {
+    pub(super) fn new(view: &View<'_>) -> Self {
+        Self { size: view.size(), samples: vec![(0.0, Vec3::ZERO); view.size() * view.size()] }
+    }
+
+    /// Puts linear light at a sample, unless something nearer is there.
+    pub(super) fn put(&mut self, [x, y]: [usize; 2], depth: f64, light: Vec3) {
+        let (sample, nearness) = (&mut self.samples[y * self.size + x], (1.0 / depth) as f32);
+        if nearness > sample.0 {
+            *sample = (nearness, light);
+        }
+    }
+}
+
+/// Draws a view's wireframe, and the overlay.
+pub(super) fn draw_under(view: &View<'_>, overlay: &Overlay) -> RgbImage {
+    let shader = Shader::new(view, Mode::Unlit);
+    let (solid, blended) = find_visible(view, &shader);
     let layers: Vec<&Layer> = blended.iter().chain([&solid]).collect();
-    RgbImage::from_fn(resolution as u32, resolution as u32, |x, y| {
-        let mut sum = 0.0;
+    let size = view.resolution as u32;
+    RgbImage::from_fn(size, size, |x, y| {
+        let mut sum = Vec3::ZERO;
         for at in 0..SAMPLES * SAMPLES {
             let sample = [x as usize * SAMPLES + at % SAMPLES, y as usize * SAMPLES + at / SAMPLES];
-            sum += draw_sample(&view, &layers, sample);
+            sum += draw_sample(view, &layers, overlay, sample);
         }
-        Rgb([linear_to_srgb8(sum / (SAMPLES * SAMPLES) as f32); 3])
+        let mean = sum / (SAMPLES * SAMPLES) as f32;
+        Rgb(mean.min(Vec3::ONE).to_array().map(linear_to_srgb8))
     })
 }
 
 /// The linear light of a sample.
-fn draw_sample(view: &View<'_>, layers: &[&Layer], [x, y]: [usize; 2]) -> f32 {
+fn draw_sample(view: &View<'_>, layers: &[&Layer], overlay: &Overlay, [x, y]: [usize; 2]) -> Vec3 {
+    let at = y * view.size() + x;
+    let nearness = layers.iter().map(|layer| layer.nearness(at)).fold(0.0, f32::max);
+    match overlay.samples.get(at) {
+        Some(&(own, light)) if own > nearness => light,
+        _ => Vec3::splat(draw_edges(view, layers, [x, y])),
+    }
+}
+
+/// The linear light of the wireframe at a sample.
+fn draw_edges(view: &View<'_>, layers: &[&Layer], [x, y]: [usize; 2]) -> f32 {
     let seen = layers.iter().map(|layer| layer.triangles[y * view.size() + x]);
     let triangle = seen.into_iter().find(|triangle| *triangle != NONE);
     let Some(facet) = triangle.and_then(|triangle| view.facet(triangle as usize)) else {
@@ -69,7 +108,7 @@ fn line_strength(view: &View<'_>, facet: &Facet, at: DVec2) -> f32 {
 }
 
 /// Linear light of clay with a normal in the camera's frame, lit from above the left shoulder.
-fn clay(normal: DVec3) -> f32 {
+pub(super) fn clay(normal: DVec3) -> f32 {
     let light = DVec3::new(-0.35, 0.55, -0.76);
     (0.3 + 0.45 * normal.dot(light).max(0.0)) as f32
 }

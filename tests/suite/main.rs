@@ -37,6 +37,7 @@ mod seeds;
 mod seen;
 mod steering;
 mod tangents;
+mod teaching;
 mod tiles;
 mod transcripts;
 mod transfer;

@@ -19,6 +19,7 @@ use glam::{DVec2, DVec3};
 use super::{Candidate, Plan};
 use crate::id::PointId;
 use crate::metric::Metric;
+use crate::settings::Cost;
 use crate::shape::{folds, is_worse_sliver, turns};
 use crate::topology::{Topology, on_outline};
 use crate::triangle::square_to_origin;
@@ -75,7 +76,8 @@ impl Plan {
             if best.is_some_and(|best| best.cost <= cost) {
                 continue;
             }
-            let cost = cost + EXPOSURE * self.exposure(metric, position);
+            let exposure = if metric.space.cost == Cost::Classic { 0.0 } else { EXPOSURE };
+            let cost = cost + exposure * self.exposure(metric, position);
             if best.is_none_or(|best| cost < best.cost) && is_legal(self, position) {
                 best = Some(Candidate { cost, position });
             }

@@ -6,12 +6,14 @@ use super::Plan;
 use crate::id::{PointId, WedgeId};
 use crate::metric::Metric;
 use crate::quadric;
-use crate::settings::Placement;
+use crate::settings::{Cost, Placement};
 use crate::solve::minimize;
 
 /// Pull towards the edge's midpoint, as a share of the merged weight: it keeps a flat patch
 /// solvable.
 const PULL: f64 = 1e-4;
+/// The same for a plain sum of planes, which is to be placed by nothing else: as little as rounding allows.
+const CLASSIC_PULL: f64 = 1e-8;
 /// A placement farther from the midpoint than this many edge lengths is no placement.
 const REACH: f64 = 2.0;
 
@@ -29,7 +31,8 @@ impl Plan {
         }
         let longest = c.map_or(0.0, |c| a.distance_squared(c).max(b.distance_squared(c)));
         let reach = REACH * REACH * a.distance_squared(b).max(longest);
-        let best = minimize(&self.total, middle, PULL * self.weight, self.kept)
+        let pull = if metric.space.cost == Cost::Classic { CLASSIC_PULL } else { PULL };
+        let best = minimize(&self.total, middle, pull * self.weight, self.kept)
             .filter(|best| best.distance_squared(middle) <= reach);
         let keep = |place| Some(self.kept.map_or(place, |plane| plane.foot(place)));
         [best, keep(a), keep(b), keep(middle), c.and_then(keep)]

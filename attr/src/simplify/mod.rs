@@ -122,7 +122,7 @@ impl<'a> Descent<'a> {
         let held = locked.iter().filter(|locked| **locked).count();
         let crowd = Crowd::of(&topology, &working.metric, &working.groups, &working.point_sources);
         let bounds = match working.metric.space.cost {
-            Cost::Quadric => edge_bounds(&topology, &working.bounds),
+            Cost::Quadric | Cost::Classic => edge_bounds(&topology, &working.bounds),
             Cost::EdgeLength => vec![0.0; topology.edge_count()],
         };
         Self {

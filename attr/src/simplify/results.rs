@@ -1,8 +1,11 @@
 //! Results of a descent: the working mesh of the next, or a mesh.
 
+use std::collections::BTreeSet;
+
 use super::Descent;
 use crate::id::{PointId, TriangleId, WedgeId};
 use crate::mesh::Mesh;
+use crate::quadric::{self, PointQuadric};
 use crate::rank::triangle_bounds;
 use crate::working_mesh::WorkingMesh;
 
@@ -25,6 +28,26 @@ impl Descent<'_> {
             error: self.error,
             log: self.log,
         }
+    }
+
+    /// The quadric of each point, over position alone and in the units of the metric, by the source point that
+    /// it stands for.
+    pub(crate) fn point_quadrics(&self) -> Vec<PointQuadric> {
+        let mut quadrics = vec![PointQuadric::default(); self.source.positions.len()];
+        for point in (0..self.point_sources.len()).map(PointId::new) {
+            let mut corners = self.topology.corners(point).peekable();
+            if corners.peek().is_none() {
+                continue;
+            }
+            let wedges: BTreeSet<usize> =
+                corners.map(|corner| self.topology.wedge(corner).index()).collect();
+            let own = &mut quadrics[self.point_sources[point]];
+            *own = self.metric.constraints[point];
+            for wedge in wedges.into_iter().map(WedgeId::new) {
+                own.add(&quadric::reduce(self.metric.quadric(wedge)));
+            }
+        }
+        quadrics
     }
 
     /// The mesh as it stands, and for each of its points and wedges the one of the source that it

@@ -123,6 +123,7 @@ impl Descent<'_> {
                 chance * importance * area * (radius * radius + contrast * contrast)
             }
             Cost::EdgeLength => 4.0 * radius * radius,
+            Cost::Classic => shell.len() as f64 * radius * radius,
         };
         End { area, radius, cost }
     }

@@ -39,6 +39,19 @@ pub enum Order {
     Geometry,
     /// By the length of their edges.
     EdgeLength,
+    /// By the plain sum of squared distances to planes, summed once, and nothing else: see
+    /// [`Cost::Classic`]. Levels are not polished, and go on to their targets.
+    Classic,
+    /// By the length of their edges, to the middle of each. Levels are not polished, and go on to their
+    /// targets.
+    Midpoint,
+}
+
+impl Order {
+    /// Whether levels are as the descent leaves them, whatever it costs: a baseline to compare with.
+    pub(crate) fn is_bare(self) -> bool {
+        matches!(self, Self::Classic | Self::Midpoint)
+    }
 }
 
 /// Options of a simplification beyond its targets.
@@ -166,7 +179,7 @@ impl Steering {
                 },
                 motion: match self.order {
                     Order::Quadric => motion(asset, geometry, frame.as_ref())?,
-                    Order::Geometry | Order::EdgeLength => None,
+                    _ => None,
                 },
                 locked,
             })
@@ -177,19 +190,28 @@ impl Steering {
     /// The settings of a mesh that a scene of this diagonal shows `stretch` times as long, at most.
     fn settings(&self, stretch: f64, diagonal: f64) -> Settings {
         let weights = match self.order {
-            Order::Quadric | Order::EdgeLength => Weights::default(),
+            Order::Quadric | Order::EdgeLength | Order::Classic | Order::Midpoint => {
+                Weights::default()
+            }
             Order::Geometry => Weights { uv: 0.0, normal: 0.0, color: 0.0, ..Weights::default() },
         };
         let cost = match self.order {
             Order::Quadric | Order::Geometry => Cost::Quadric,
-            Order::EdgeLength => Cost::EdgeLength,
+            Order::EdgeLength | Order::Midpoint => Cost::EdgeLength,
+            Order::Classic => Cost::Classic,
         };
+        let placement = match self.order {
+            Order::Midpoint => Placement::Middle,
+            Order::Classic => Placement::Best,
+            _ => self.placement,
+        };
+        let max_deviation = self.max_deviation.filter(|_| !self.order.is_bare());
         Settings {
             weights,
             cost,
-            placement: self.placement,
+            placement,
             max_error: self.max_error.map(|error| error / stretch),
-            max_deviation: self.max_deviation.map(|share| share * diagonal / stretch),
+            max_deviation: max_deviation.map(|share| share * diagonal / stretch),
             max_rotation: self.max_rotation,
             join_distance: self.join_distance.map(|distance| distance / stretch),
             keep_volume: self.keep_volume,
