@@ -36,6 +36,7 @@ fn run(cli: cli::Cli) -> anyhow::Result<usize> {
         cli::Command::Select(args) => commands::select(args),
         cli::Command::Inspect(args) => commands::inspect(args, cli.common),
         cli::Command::View(args) => commands::view(args, cli.common),
+        cli::Command::Report(args) => commands::report(args),
         cli::Command::Quadrics(args) => commands::quadrics(args, cli.common),
         cli::Command::Completions(args) => commands::completions(args),
         cli::Command::Man(args) => commands::man(args, cli.common),

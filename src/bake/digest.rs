@@ -24,7 +24,8 @@ use crate::import::options::ReadOptions;
 pub(crate) fn digest(input: Input<'_>, options: &BakeOptions) -> Result<String> {
     // What decides only whether there are outputs.
     let allow_outside = options.reading.allow_outside;
-    let reading = ReadOptions::default();
+    let smooth_normals = options.reading.smooth_normals;
+    let reading = ReadOptions { smooth_normals, ..ReadOptions::default() };
     let options = BakeOptions { reading, time_limit: None, allow_empty: false, ..options.clone() };
     let mut hasher = Hasher::new();
     add(&mut hasher, env!("CARGO_PKG_VERSION").as_bytes());

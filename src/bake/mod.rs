@@ -151,8 +151,9 @@ pub fn bake_in_memory(
     if let Some(page) = options.report {
         if page.threads {
             let again = BakeOptions { report: None, ..options.clone() };
-            extras.threads = time_threads(rayon::current_num_threads(), || {
-                bake_levels(input, &again, &progress.unseen())
+            let most = rayon::current_num_threads();
+            baked.report.threads = time_threads(most, page.thread_runs, || {
+                bake_levels(input, &again, &progress.unseen()).map(|own| own.report.seconds)
             })?;
         }
         let size = |file: &BakedFile| FileSize { name: file.name.clone(), bytes: file.bytes.len() };
@@ -297,6 +298,7 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
         meshes: mesh_reports(&asset, &geometries, &lods),
         materials,
         seconds: clock.seconds,
+        threads: Vec::new(),
         peak_memory_bytes: peak_memory(),
     };
     Ok(Levels { files, sources, report, extras })

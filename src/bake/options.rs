@@ -58,6 +58,8 @@ pub struct BakeOptions {
 pub struct ReportOptions {
     /// The time of the same bake on 1, 2, … threads up to all, which runs it as many times more.
     pub threads: bool,
+    /// How many times it runs on each.
+    pub thread_runs: usize,
     /// Whether the page is not written with the levels: it is for the caller to put somewhere.
     pub apart: bool,
 }

@@ -141,9 +141,12 @@ struct MeasureArgs {
     /// How many pixels a level's surface may be off where it is shown.
     #[arg(long, default_value_t = Screen::default().pixel_tolerance, value_name = "PIXELS")]
     pixel_tolerance: f64,
-    /// Bake once more on 1, 2, … threads each, and show on the page how the time falls.
+    /// Bake again on 1, 2, … threads each, several times, and show on the page how the time of each stage falls.
     #[arg(long, requires = "report")]
     threads_report: bool,
+    /// How many times on each number of threads.
+    #[arg(long, default_value_t = 3, value_name = "N", requires = "threads_report", value_parser = clap::value_parser!(u8).range(1..=100))]
+    thread_runs: u8,
 }
 
 impl MeasureArgs {
@@ -293,8 +296,11 @@ impl BakeArgs {
         let screen =
             Screen { field_of_view_degrees: field_of_view, width, height, pixel_tolerance };
         screen.check()?;
-        let page =
-            ReportOptions { threads: self.measuring.threads_report, apart: self.page().is_some() };
+        let page = ReportOptions {
+            threads: self.measuring.threads_report,
+            thread_runs: self.measuring.thread_runs.into(),
+            apart: self.page().is_some(),
+        };
         let goals = self.goals.resolve()?;
         Ok(BakeOptions {
             targets: match (&self.targets.ratios, &self.targets.triangles, &goals) {

@@ -2,12 +2,14 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 use seamwise::evaluate;
 use seamwise::evaluate::scene::Mode;
+use seamwise::evaluate::sheet::{Drawing, Rows};
 use seamwise::screen::Screen;
 
+use super::camera::{CameraArg, parse_camera};
 use super::reading::ReadingArgs;
 
 /// Arguments for how closely levels are looked at.
@@ -38,7 +40,10 @@ impl ThoroughnessArgs {
 
 /// `seamwise evaluate`.
 #[derive(Debug, Args)]
-#[command(after_help = "Example: seamwise evaluate helmet.gltf out/helmet_lod1.glb other.glb")]
+#[command(after_help = "\
+Examples:
+  seamwise evaluate helmet.gltf out/helmet_lod1.glb other.glb
+  seamwise evaluate cow.off a/cow_lod*.glb b/cow_lod*.glb --sheet rows.png --sheet-rows series --wireframe")]
 pub(crate) struct EvaluateArgs {
     /// The original: .glb, .gltf, .obj, .ply or .off, as the candidates.
     pub(crate) reference: PathBuf,
@@ -81,6 +86,16 @@ pub(crate) struct EvaluateArgs {
     /// Views on the sheet.
     #[arg(long, default_value_t = 3, requires = "sheet", value_parser = clap::value_parser!(u8).range(1..=24))]
     pub(crate) sheet_views: u8,
+    /// Draw the sheet from this place instead of the usual views: the place, the point that is looked at, and
+    /// the degrees of the field of view, in the units of the scene. May be given more than once.
+    #[arg(long, requires = "sheet", value_name = "X,Y,Z,X,Y,Z,DEGREES", value_parser = parse_camera, allow_hyphen_values = true, conflicts_with = "sheet_views")]
+    pub(crate) camera: Vec<CameraArg>,
+    /// Draw the edges of triangles on the sheet.
+    #[arg(long, requires = "sheet")]
+    wireframe: bool,
+    /// The rows of the sheet.
+    #[arg(long, value_enum, default_value_t = RowsName::Views, requires = "sheet", value_name = "WHAT")]
+    sheet_rows: RowsName,
     #[command(flatten)]
     pub(crate) reading: ReadingArgs,
 }
@@ -95,10 +110,32 @@ impl EvaluateArgs {
         }
     }
 
+    /// The drawing of scenes on the sheet.
+    pub(crate) fn drawing(&self) -> Drawing {
+        if self.wireframe { Drawing::Wireframe } else { Drawing::Shaded(self.mode()) }
+    }
+
+    /// The rows of the sheet.
+    pub(crate) fn rows(&self) -> Rows {
+        match self.sheet_rows {
+            RowsName::Views => Rows::Views,
+            RowsName::Series => Rows::Series,
+        }
+    }
+
     /// The coloring of surfaces in the views and on the sheet.
     pub(crate) fn mode(&self) -> Mode {
         if self.unlit { Mode::Unlit } else { Mode::Lit }
     }
+}
+
+/// `--sheet-rows`.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum RowsName {
+    /// A view each, with where candidates differ below it.
+    Views,
+    /// A series each: the levels that one bake wrote, after the reference.
+    Series,
 }
 
 /// Reads a number of pixels above 0.

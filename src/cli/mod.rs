@@ -13,6 +13,7 @@ mod output;
 mod quadrics;
 mod reading;
 mod repair;
+mod report;
 mod shell;
 mod steering;
 mod textures;
@@ -31,6 +32,7 @@ pub(crate) use look::{InspectArgs, SelectArgs};
 pub(crate) use quadrics::QuadricsArgs;
 pub(crate) use reading::ReadingArgs;
 pub(crate) use repair::RepairArgs;
+pub(crate) use report::ReportArgs;
 pub(crate) use shell::{CompletionsArgs, ManArgs};
 pub(crate) use view::ViewArgs;
 
@@ -66,6 +68,8 @@ pub(crate) enum Command {
     Select(SelectArgs),
     /// Write a page that shows a model and its levels, to be turned and compared.
     View(ViewArgs),
+    /// Put the reports of several bakes on one page.
+    Report(ReportArgs),
     /// Draw the quadrics of a surface's points as ellipsoids.
     Quadrics(QuadricsArgs),
     /// Print completions for a shell.
@@ -76,7 +80,8 @@ pub(crate) enum Command {
 
 /// The options that matter most: short help (`-h`) shows these alone, and long help (`--help`) these
 /// first and then the others in groups.
-const SHORT: [(&str, &[&str]); 4] = [
+const SHORT: [(&str, &[&str]); 5] = [
+    ("quadrics", &["input", "output", "level", "epsilon", "resolution", "camera"]),
     (
         "bake",
         &[

@@ -16,6 +16,11 @@ pub(crate) struct ReadingArgs {
     /// .mtl an .obj is read anyway, as plain.
     #[arg(long)]
     allow_missing: bool,
+    /// Give surfaces without normals some: smooth, but for creases where faces bend by more than so many degrees.
+    ///
+    /// Scans in .off, .ply and .obj often come without; they are shown flat otherwise.
+    #[arg(long, value_name = "DEGREES", num_args = 0..=1, require_equals = true, default_missing_value = "45", value_parser = clap::value_parser!(u8).range(0..=180))]
+    smooth_normals: Option<u8>,
     #[command(flatten)]
     outside: OutsideArgs,
 }
@@ -26,7 +31,14 @@ impl ReadingArgs {
         let Common { memory_limit, strict, .. } = common;
         let (allow_missing, OutsideArgs { allow_outside, allow_unknown }) =
             (self.allow_missing, self.outside);
-        ReadOptions { memory_limit, allow_missing, allow_outside, allow_unknown, strict }
+        ReadOptions {
+            memory_limit,
+            allow_missing,
+            allow_outside,
+            allow_unknown,
+            strict,
+            smooth_normals: self.smooth_normals,
+        }
     }
 }
 

@@ -95,6 +95,11 @@ pub(crate) struct RepairArgs {
     /// own, with the number that the table gives it, or its place: FILE_0.png, FILE_3.png.
     #[arg(long, value_name = "FILE.png")]
     pub(crate) diff: Option<PathBuf>,
+    /// Draw the levels of the fill: each after the pull and after the push, with its weights.
+    ///
+    /// Of one input; several images have numbers as with --diff.
+    #[arg(long, value_name = "FILE.png")]
+    pub(crate) pyramid: Option<PathBuf>,
     /// Scale the result down, to 1/2, 1/4 and so on along each axis.
     ///
     /// A texel becomes the mean of the
@@ -159,6 +164,11 @@ pub(crate) enum RoleName {
 }
 
 impl RepairArgs {
+    /// Whether pictures of what was done are asked for.
+    pub(crate) fn draws(&self) -> bool {
+        self.diff.is_some() || self.pyramid.is_some()
+    }
+
     /// The options that these arguments give, with those that all jobs share.
     pub(crate) fn resolve(&self, common: Common) -> RepairOptions {
         let Common { memory_limit, strict, .. } = common;
@@ -182,6 +192,7 @@ impl RepairArgs {
             keep_coverage: self.keep_coverage,
             footprint: self.footprint.resolve(),
             diff: self.diff.clone(),
+            pyramid: self.pyramid.clone(),
             keep_padding: self.keep_padding.into(),
             equalize: self.equalize_seams.then(equalize::Options::default),
             encoding: EncodeOptions { quality: self.quality, png: self.png },

@@ -16,6 +16,7 @@ use seamwise::progress::Progress;
 use super::bake_report::{BatchReport, line, table};
 use super::bars::Bars;
 use super::console::{check_files, read_stdin, say, warn, width, write_stdout};
+use super::report::write_page;
 use crate::cli::{BakeArgs, Common, Source, Target, is_dash};
 
 /// The sample asset.
@@ -60,7 +61,11 @@ impl Jobs {
     fn bake(self, args: &BakeArgs, common: Common) -> Result<usize> {
         let Self { jobs, options } = self;
         let (is_single, jobs) = (jobs.len() == 1, args.batch.shard().take(jobs));
-        let how = args.batch.resolve(rayon::current_num_threads());
+        let mut how = args.batch.resolve(rayon::current_num_threads());
+        if options.report.is_some_and(|page| page.threads) {
+            // What is timed has the machine to itself.
+            how.jobs = 1;
+        }
         let bars = Bars::terminal();
         // Standard output is either for people or for a program.
         let quiet = common.quiet || args.tells_json();
@@ -74,6 +79,10 @@ impl Jobs {
         }
         if !is_single {
             say(quiet, &report.summary())?;
+        }
+        if !is_single && options.report.is_some() {
+            let text = write_models(&jobs, &done)?;
+            say(quiet, &text)?;
         }
         eprint!("{}", report.failures());
         if report.failed > 0 && report.failed == jobs.len() {
@@ -113,6 +122,31 @@ impl Jobs {
         Ok(missing)
     }
 }
+
+/// The page of all models of a batch, in the folder that holds all of their outputs; tells where it is.
+fn write_models(jobs: &[Job], done: &[Done]) -> Result<String> {
+    let made =
+        jobs.iter().zip(done).filter(|(_, done)| !matches!(done.outcome, Outcome::Failed(_)));
+    let reports: Vec<PathBuf> =
+        made.map(|(job, _)| job.folder.join(format!("{}.json", job.name))).collect();
+    let Some(mut folder) = jobs.first().map(|job| job.folder.as_path()) else {
+        return Ok(String::new());
+    };
+    while let (false, Some(parent)) =
+        (jobs.iter().all(|job| job.folder.starts_with(folder)), folder.parent())
+    {
+        folder = parent;
+    }
+    if reports.is_empty() || jobs.iter().any(|job| job.name == MODELS) {
+        return Ok(String::new());
+    }
+    let page = folder.join(format!("{MODELS}.html"));
+    write_page(&reports, &page)?;
+    Ok(format!("all of them in {}\n", page.display()))
+}
+
+/// The name of the page of a batch.
+const MODELS: &str = "models";
 
 /// Prints the outcome of an input that did not fail. Failures are printed together, at the end.
 fn tell(job: &Job, done: &Done, is_single: bool, common: Common) {

@@ -9,10 +9,11 @@ use seamwise::evaluate::camera::Rig;
 use seamwise::evaluate::load::{TextureCache, load};
 use seamwise::evaluate::reference::ReferenceScene;
 use seamwise::evaluate::scene::Scene;
-use seamwise::evaluate::sheet::contact_sheet;
+use seamwise::evaluate::sheet::{Sheet, Subject};
 use seamwise::export::disk::write_files;
 use seamwise::image_file::codec::encode;
 use seamwise::image_file::encoded::ImageFormat;
+use seamwise::report::figures::{series_of, short_names};
 use seamwise::report::html::evaluate_page;
 use seamwise::report::pictures::Gallery;
 use seamwise::report::{CandidateReport, EvaluateReport, ReferenceReport, ViewReport};
@@ -79,9 +80,7 @@ pub(crate) fn evaluate(args: &EvaluateArgs, common: Common) -> Result<usize> {
     say(common.quiet || told_as_data || !is_any_compared, &report.to_text(width()))?;
     let mut files = evaluation_files(args, &report, gallery.as_ref())?;
     if let Some(path) = &args.sheet {
-        let rig = Rig::around(&reference, args.sheet_views.into(), options.resolution);
-        let sheet = contact_sheet(&reference, &scenes, &rig, args.mode()).into();
-        files.push((path.clone(), encode(&sheet, ImageFormat::Png)?.bytes.to_vec()));
+        files.push((path.clone(), sheet(args, &report, &reference, &scenes)?));
     }
     let (told, files): (Vec<_>, Vec<_>) = files.into_iter().partition(|(path, _)| is_dash(path));
     for (_, bytes) in told {
@@ -92,6 +91,31 @@ pub(crate) fn evaluate(args: &EvaluateArgs, common: Common) -> Result<usize> {
         bail!("nothing was compared");
     }
     Ok(report.candidates.iter().filter_map(CandidateReport::complaint).count())
+}
+
+/// The reference and the candidates that were compared, as a PNG.
+fn sheet(
+    args: &EvaluateArgs,
+    report: &EvaluateReport,
+    reference: &Scene,
+    scenes: &[Scene],
+) -> Result<Vec<u8>> {
+    let resolution = args.resolve().resolution;
+    let cameras = match &args.camera[..] {
+        [] => Rig::around(reference, args.sheet_views.into(), resolution).cameras,
+        own => own.iter().map(|camera| camera.camera(reference.origin)).collect(),
+    };
+    let compared = report.candidates.iter().filter(|own| own.failure.is_none());
+    let files: Vec<&str> = compared.map(|own| own.file.as_str()).collect();
+    let (series, names) = (series_of(&files), short_names(&files));
+    let subjects = names.iter().zip(scenes).zip(series);
+    let candidates: Vec<Subject<'_>> =
+        subjects.map(|((name, scene), series)| Subject { name, scene, series }).collect();
+    let name = args.reference.file_name().unwrap_or_default().to_string_lossy();
+    let own = Subject { name: &name, scene: reference, series: 0 };
+    let (drawing, rows) = (args.drawing(), args.rows());
+    let sheet = Sheet { cameras: &cameras, resolution, drawing, rows }.draw(&own, &candidates);
+    Ok(encode(&sheet.into(), ImageFormat::Png)?.bytes.to_vec())
 }
 
 /// The report in each of the forms that are asked for.

@@ -68,8 +68,8 @@ fn repair_piped(
     options: &RepairOptions,
     common: Common,
 ) -> Result<usize> {
-    if args.diff.is_some() {
-        bail!("--diff needs files: give an input and an output with names");
+    if args.draws() {
+        bail!("--diff and --pyramid need files: give an input and an output with names");
     }
     let to_stdout = is_dash(&args.output);
     if to_stdout && args.json.as_deref().is_some_and(is_dash) {
@@ -106,13 +106,13 @@ fn ending(bytes: &[u8]) -> &'static str {
 }
 
 fn repair_several(args: &RepairArgs, options: &RepairOptions, common: Common) -> Result<usize> {
-    if args.diff.is_some() && args.inputs.len() > 1 {
-        bail!("--diff draws what was filled in one input: give one");
+    if args.draws() && args.inputs.len() > 1 {
+        bail!("--diff and --pyramid draw one input: give one");
     }
     let found = find_repairs(&args.inputs, &args.output, options, args.one_set)?;
     let RepairJobs { groups, parts } = &found;
-    if args.diff.is_some() && groups.iter().map(Vec::len).sum::<usize>() > 1 {
-        bail!("--diff draws what was filled in one input: give one");
+    if args.draws() && groups.iter().map(Vec::len).sum::<usize>() > 1 {
+        bail!("--diff and --pyramid draw one input: give one");
     }
     let (mut repaired, mut failures, mut inputs) = (0, Vec::new(), Vec::new());
     for group in groups {

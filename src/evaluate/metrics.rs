@@ -57,6 +57,10 @@ pub struct Metrics {
     pub color_rms: f64,
     /// RMS angle between shading normals at nearest points, in degrees.
     pub normal_degrees_rms: f64,
+    /// Signed volume, in cubic units of the world; `None` where the reference has none.
+    pub volume: Option<f64>,
+    /// Area of the surface, in square units of the world.
+    pub area: f64,
     /// Signed volume over that of the reference; `None` where that has none.
     pub volume_ratio: Option<f64>,
     /// Area over that of the reference.

@@ -11,6 +11,7 @@ mod farthest;
 mod frame;
 pub mod heat;
 pub mod isosurfaces;
+pub(crate) mod label;
 mod lanes;
 mod light;
 pub mod load;
@@ -255,6 +256,8 @@ impl<'a> Reference<'a> {
             backward: OneSidedDistance::new(back, self.measures.diagonal),
             color_rms: looks.color_rms,
             normal_degrees_rms: looks.normal_degrees_rms,
+            volume: self.volume_ratio(&measures).map(|_| measures.volume),
+            area: measures.area,
             volume_ratio: self.volume_ratio(&measures),
             area_ratio: measures.area / self.measures.area,
             diagonal_ratio: measures.diagonal / self.measures.diagonal,

@@ -22,6 +22,7 @@ mod part;
 mod ply;
 mod polygon;
 mod resources;
+mod smooth;
 mod smoothing;
 mod text;
 mod uri;
@@ -44,6 +45,7 @@ use mend::{mend_views, warn_of_textures};
 use normals::mend_normals;
 use options::{ReadOptions, folder_of};
 use resources::{read_buffer, read_image};
+use smooth::add_normals;
 use uri::{Resource, UriPolicy};
 
 /// Bytes of a GLB's own header and that of its first chunk.
@@ -82,6 +84,7 @@ pub fn read_bytes_of(bytes: &[u8], path: &Path, options: ReadOptions) -> Result<
         return read_bytes_with(bytes, folder_of(path), options);
     };
     let mut asset = format.read(bytes, folder_of(path), options)?;
+    add_normals(&mut asset, options.smooth_normals)?;
     asset.warn_of_missing_images();
     asset.warnings.refuse_if(options.strict)?;
     Ok(asset)
@@ -136,6 +139,7 @@ pub fn read_bytes_with(bytes: &[u8], folder: &Path, options: ReadOptions) -> Res
         budget.take("all image files", image.bytes.len() as u64).map_err(fault)?;
         asset.images.push(image);
     }
+    add_normals(&mut asset, options.smooth_normals)?;
     asset.warn_of_missing_images();
     asset.warnings.refuse_if(options.strict)?;
     Ok(asset)

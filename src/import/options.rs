@@ -18,6 +18,9 @@ pub struct ReadOptions {
     /// Whether the asset may require extensions that are not known: they are kept as they are, with a
     /// warning.
     pub allow_unknown: bool,
+    /// Normals for surfaces that have none: smooth but where faces bend by more than so many degrees.
+    /// If not given such a surface is flat, as in glTF.
+    pub smooth_normals: Option<u8>,
     /// Whether a warning is an error; see [`Warnings::refuse_if`].
     ///
     /// [`Warnings::refuse_if`]: crate::warning::Warnings::refuse_if

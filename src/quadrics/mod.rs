@@ -22,8 +22,10 @@ use crate::surface::group::weld_all;
 /// By default half of the ellipsoids have a middle half axis above this share of the mean edge: then many stand
 /// apart. At 0.4 they cover the sample whole.
 const WIDTH: f64 = 0.25;
-/// Ellipsoids that reach farther than this share of the diagonal are left out: they would hide all others.
+/// Ellipsoids that reach farther than this share of the diagonal, and than so many times the mean edge, are left
+/// out: they would hide all others.
 const REACH: f64 = 0.05;
+const REACH_IN_EDGES: f64 = 3.0;
 /// Colors, from flat to round, sRGB: eight steps of viridis (van der Walt and Smith), which is as clear in gray.
 pub(crate) const COLORS: [[u8; 3]; 8] = [
     [0x44, 0x01, 0x54],
@@ -72,7 +74,7 @@ impl std::fmt::Display for Census {
         write!(f, "{points} points: {drawn} ellipsoids")?;
         for (count, what) in [
             (open, "not positive definite (flat, or along a straight edge)"),
-            (wide, "wider than a tenth of the diagonal"),
+            (wide, "too wide for the picture"),
             (empty, "above epsilon everywhere"),
         ] {
             if *count > 0 {
@@ -124,7 +126,10 @@ impl Quadrics {
             add(sums, world, &mut scene, &mut placed);
         }
         let epsilon = epsilon.unwrap_or_else(|| touching(&placed));
-        let (solids, census) = solids(&placed, epsilon, REACH * (high - low).length());
+        let edges: f64 = placed.iter().map(|own| own.edge).sum();
+        let mean_edge = edges / placed.len().max(1) as f64;
+        let reach = (REACH * (high - low).length()).max(REACH_IN_EDGES * mean_edge);
+        let (solids, census) = solids(&placed, epsilon, reach);
         Ok(Self { scene, solids, epsilon, census })
     }
 

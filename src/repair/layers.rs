@@ -106,10 +106,13 @@ impl Job<'_> {
             report.equalized = Some(equalized);
             report.notes.push(format!("the steps across seams are those of {name}"));
         }
-        if self.options.diff.is_some() {
+        if self.options.diff.is_some() || self.options.pyramid.is_some() {
             let groups = groups(&layer.channel_data.list);
             let shown = picture(layer).or_else(|| group_picture(layer, groups.first()?));
-            report.diff = shown.map_or(Ok(None), |shown| self.diff(&shown, &trusted))?;
+            if let Some(shown) = shown {
+                report.diff = self.diff(&shown, &trusted)?;
+                report.pyramid = self.pyramid(&shown, &trusted, Some(Role::Data))?;
+            }
         }
         Ok(report)
     }

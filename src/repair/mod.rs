@@ -19,6 +19,7 @@ mod find;
 mod layers;
 pub mod options;
 mod picture;
+mod pyramid;
 mod set;
 pub mod several;
 mod smaller;
@@ -27,7 +28,7 @@ mod sources;
 use std::path::{Path, PathBuf};
 
 use image::{DynamicImage, ImageFormat};
-use seamwise_texture::{Validity, Wrap, seen_texels};
+use seamwise_texture::{Role, Validity, Wrap, seen_texels};
 use serde_json::Value;
 
 use crate::atlas::alpha::coverage_note;
@@ -110,11 +111,15 @@ fn repair_map(
         read.try_for_each(|read| refuse_overwriting(read, outputs))
     };
     refuse(&[output.to_owned()])?;
-    let written = [Some(output), options.diff.as_deref()].into_iter().flatten();
+    let drawn = [options.diff.as_deref(), options.pyramid.as_deref()];
+    let written = [Some(output)].into_iter().chain(drawn).flatten();
     check_writable(&written.map(Path::to_owned).collect::<Vec<_>>())?;
-    if let Some(diff) = options.diff.as_deref().filter(|diff| !is_named(diff, &["png"])) {
-        let what = format!("{}: what was filled is drawn to a .png", diff.display());
-        return Err(Error::Options { what });
+    let what = ["what was filled is", "levels of the fill are"];
+    for (path, what) in drawn.into_iter().zip(what) {
+        if let Some(path) = path.filter(|path| !is_named(path, &["png"])) {
+            let what = format!("{}: {what} drawn to a .png", path.display());
+            return Err(Error::Options { what });
+        }
     }
     let bytes = if is_named(input, &["gltf", "glb"]) {
         std::fs::read(input).map_err(|error| Error::io(input, error))?
@@ -124,6 +129,7 @@ fn repair_map(
     let (file, report) = Job { input, output, options, shared }.run(&bytes)?;
     let mut files = vec![(output.to_owned(), file)];
     files.extend(options.diff.iter().flat_map(|diff| report.diffs(diff)));
+    files.extend(options.pyramid.iter().flat_map(|path| report.pyramids(path)));
     let names: Vec<PathBuf> = files.iter().map(|(name, _)| name.clone()).collect();
     refuse(&names)?;
     if names[1..].contains(&names[0]) {
@@ -189,6 +195,17 @@ impl Job<'_> {
         self.options.diff.is_some().then(|| diff::diff_png(texels, kept)).transpose()
     }
 
+    /// The picture of the levels of the fill, if it is asked for.
+    fn pyramid(
+        &self,
+        texels: &DynamicImage,
+        kept: &Validity,
+        role: Option<Role>,
+    ) -> Result<Option<Vec<u8>>> {
+        let draw = || pyramid::pyramid_png(texels, kept, role);
+        self.options.pyramid.is_some().then(draw).transpose()
+    }
+
     fn asset(&self, bytes: &[u8]) -> Result<(Vec<u8>, RepairReport)> {
         self.expect_extension("glb")?;
         let RepairOptions { mesh, mask, background, role, encoding, .. } = self.options;
@@ -209,6 +226,7 @@ impl Job<'_> {
                         kept.intersect(&seen_texels(&repaired.texels));
                     }
                     report.diff = self.diff(&repaired.texels, &kept)?;
+                    report.pyramid = self.pyramid(&repaired.texels, &kept, repair.role)?;
                 }
                 Ok(report)
             });

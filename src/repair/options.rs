@@ -39,6 +39,8 @@ pub struct RepairOptions {
     pub footprint: Footprint,
     /// A .png to draw what was filled in; see [`repair_file`](super::repair_file).
     pub diff: Option<PathBuf>,
+    /// A .png to draw the levels of the fill in.
+    pub pyramid: Option<PathBuf>,
     /// Whether and how both sides of seams are made to read the same, after the fill.
     pub equalize: Option<equalize::Options>,
     /// How an asset is read, and the mesh. Its memory limit is also the most that decoding one image

@@ -80,6 +80,7 @@ impl Job<'_> {
             kept.intersect(&seen_texels(&picture.texels));
         }
         report.diff = self.diff(&picture.texels, &kept)?;
+        report.pyramid = self.pyramid(&picture.texels, &kept, Some(role))?;
         report.add_outcome(&validity, outcome, reads);
         Ok((file, RepairReport { images: vec![report], warnings: sources.warnings }))
     }

@@ -18,6 +18,11 @@ const PAD: [f64; 2] = [0.25, 0.65];
 const DIGIT: f64 = 6.2;
 /// Colors that the page has for series, `--series-0` and so on; more series share them.
 pub(super) const COLORS: usize = 6;
+/// Dashes that series of the same color have, one after the other.
+pub(super) const DASHES: usize = 3;
+
+/// With more series, values stand at their points on hover alone.
+const MOST_LABELED: usize = 2;
 
 /// One figure of all levels or candidates.
 #[derive(Clone, Debug)]
@@ -28,8 +33,18 @@ pub(super) struct Chart {
     pub(super) unit: &'static str,
     /// The value of a perfect candidate.
     pub(super) ideal: f64,
+    /// The name of the lying axis.
+    pub(super) across: &'static str,
     /// Lines, or points alone.
     pub(super) series: Vec<Series>,
+}
+
+/// The name of a series, and its looks.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Key {
+    pub(super) color: usize,
+    pub(super) dash: usize,
+    pub(super) name: String,
 }
 
 /// Points that belong together and are joined by a line.
@@ -44,10 +59,12 @@ pub(super) struct Series {
 /// A level or candidate.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Point {
-    /// Number of its triangles.
+    /// Number of its triangles, or of what else lies along the axis.
     pub(super) triangles: usize,
     /// The figure.
     pub(super) value: f64,
+    /// The standard deviation of the figure, 0 where it was not measured several times.
+    pub(super) deviation: f64,
     /// Its name.
     pub(super) name: String,
 }
@@ -60,6 +77,15 @@ impl Chart {
             unit => format!("× 10{} ", superscript(unit)),
         };
         format!("{scale}{}", self.unit).trim_end().to_owned()
+    }
+
+    /// The names of the series, by those of their first points.
+    pub(super) fn keys(&self) -> Vec<Key> {
+        let key = |series: &Series| {
+            let name = series.points.first()?.name.clone();
+            Some(Key { color: series.color % COLORS, dash: series.color / COLORS % DASHES, name })
+        };
+        self.series.iter().filter_map(key).collect()
     }
 
     /// Whether there is anything to draw.
@@ -83,7 +109,7 @@ impl Chart {
             return decades;
         }
         let low = values().fold(self.ideal, f64::min);
-        let high = values().fold(self.ideal, f64::max);
+        let high = self.points().map(|own| own.value + own.deviation).fold(self.ideal, f64::max);
         // Less than that is rounding, and would take more digits than fit beside the axis.
         let differ = high - low > 1e-5 * low.abs().max(high.abs()) + 1e-30;
         Scale::Linear(match (differ, self.ideal == 0.0) {
@@ -102,13 +128,15 @@ impl Chart {
             "<svg viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\">",
             SIZE[0], SIZE[1], self.title
         );
-        axes.draw(&mut svg, self.ideal);
+        axes.draw(&mut svg, self.ideal, self.across);
         let lines: Vec<Vec<[f64; 2]>> =
             self.series.iter().map(|series| axes.places(series)).collect();
         let mut taken = obstacles(&lines);
         for (series, places) in self.series.iter().zip(&lines) {
-            draw_series(&mut svg, series, places, &axes.scale);
-            draw_labels(&mut svg, series, places, &axes.scale, &mut taken);
+            draw_series(&mut svg, series, places, &axes, self.across);
+            if self.series.len() <= MOST_LABELED {
+                draw_labels(&mut svg, series, places, &axes.scale, &mut taken);
+            }
         }
         svg += "</svg>";
         svg
@@ -148,7 +176,7 @@ impl Axes {
         series.points.iter().map(place).collect()
     }
 
-    fn draw(&self, svg: &mut String, ideal: f64) {
+    fn draw(&self, svg: &mut String, ideal: f64, across: &str) {
         let [left, _, right, bottom] = PLOT;
         let is_linear = matches!(self.scale, Scale::Linear(_));
         for mark in self.scale.marks() {
@@ -178,7 +206,7 @@ impl Axes {
         put(
             svg,
             format_args!(
-                "<text class=\"end\" x=\"{right:.1}\" y=\"{:.1}\">triangles</text>",
+                "<text class=\"end\" x=\"{right:.1}\" y=\"{:.1}\">{across}</text>",
                 bottom + 31.0
             ),
         );
@@ -191,23 +219,36 @@ fn put(svg: &mut String, what: std::fmt::Arguments<'_>) {
 }
 
 /// A line through the points, and the points with their values on hover.
-fn draw_series(svg: &mut String, series: &Series, places: &[[f64; 2]], scale: &Scale) {
-    let color = series.color % COLORS;
+fn draw_series(svg: &mut String, series: &Series, places: &[[f64; 2]], axes: &Axes, across: &str) {
+    let (color, dash) = (series.color % COLORS, series.color / COLORS % DASHES);
     put(svg, format_args!("<g style=\"--own:var(--series-{color})\">"));
     if let [[x, y], rest @ ..] = places
         && !rest.is_empty()
     {
-        put(svg, format_args!("<path class=\"line\" d=\"M{x:.1} {y:.1}"));
+        put(svg, format_args!("<path class=\"line dash-{dash}\" d=\"M{x:.1} {y:.1}"));
         rest.iter().for_each(|[x, y]| put(svg, format_args!("L{x:.1} {y:.1}")));
         svg.push_str("\"/>");
     }
     for (point, [x, y]) in series.points.iter().zip(places) {
-        let (name, value) = (escape(&point.name), scale.full_text(point.value));
+        let (name, scale) = (escape(&point.name), &axes.scale);
+        let mut value = scale.full_text(point.value);
+        if point.deviation > 0.0 {
+            let [low, high] = [-1.0, 1.0].map(|sign| axes.y(point.value + sign * point.deviation));
+            put(
+                svg,
+                format_args!(
+                    "<path class=\"line error\" d=\"M{x:.1} {low:.1}V{high:.1}M{:.1} {low:.1}h6M{:.1} {high:.1}h6\"/>",
+                    x - 3.0,
+                    x - 3.0
+                ),
+            );
+            value = format!("{value} ± {}", scale.full_text(point.deviation));
+        }
         let triangles = grouped(point.triangles);
         put(
             svg,
             format_args!(
-                "<g class=\"point\"><title>{name}: {triangles} triangles, {value}</title>\
+                "<g class=\"point\"><title>{name}: {triangles} {across}, {value}</title>\
                  <circle class=\"reach\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"11\"/>\
                  <circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.2\"/></g>"
             ),
@@ -277,12 +318,12 @@ mod tests {
     use super::*;
 
     fn point(triangles: usize, value: f64) -> Point {
-        Point { triangles, value, name: "a<b".to_owned() }
+        Point { triangles, value, deviation: 0.0, name: "a<b".to_owned() }
     }
 
     fn chart(points: Vec<Point>) -> Chart {
         let series = vec![Series { color: 0, points }];
-        Chart { title: "RMS", unit: "of 1", ideal: 0.0, series }
+        Chart { title: "RMS", unit: "of 1", ideal: 0.0, across: "triangles", series }
     }
 
     #[test]
@@ -297,12 +338,12 @@ mod tests {
     #[test]
     fn a_line_joins_its_points_and_names_are_escaped() {
         let svg = chart(vec![point(1024, 1.0), point(4096, 0.5)]).to_svg();
-        let line = "<path class=\"line\" d=\"M60.2 14.0L221.6 84.0\"/>";
+        let line = "<path class=\"line dash-0\" d=\"M60.2 14.0L221.6 84.0\"/>";
         assert!(svg.contains(line), "{svg}");
         assert!(svg.contains("<title>a&lt;b: 4,096 triangles, 0.500</title>"), "{svg}");
         assert_eq!(svg.matches("class=\"label\"").count(), 2);
         let alone = chart(vec![point(1024, 1.0)]).to_svg();
-        assert!(!alone.contains("class=\"line\""), "{alone}");
+        assert!(!alone.contains("class=\"line"), "{alone}");
     }
 
     #[test]
@@ -315,6 +356,18 @@ mod tests {
         let svg = chart(vec![point(1024, 0.5), point(2048, 0.6)]).to_svg();
         let axes = Axes::new([1024, 2048].into_iter(), Scale::Linear(Ticks::over(0.0, 0.6)));
         assert!(svg.contains(&format!("y=\"{:.1}\">0.50</text>", axes.y(0.5) + 14.0)), "{svg}");
+    }
+
+    #[test]
+    fn a_deviation_is_a_bar_that_the_axis_has_room_for() {
+        let mut points = vec![point(1, 3.0), point(2, 1.5)];
+        points[0].deviation = 1.0;
+        let own = Chart { across: "threads", ..chart(points) };
+        let svg = own.to_svg();
+        assert_eq!(svg.matches("class=\"line error\"").count(), 1, "{svg}");
+        assert!(svg.contains("a&lt;b: 1 threads, 3.00 ± 1.00"), "{svg}");
+        let Scale::Linear(ticks) = own.y_axis() else { panic!("linear") };
+        assert!(ticks.value(ticks.last) >= 4.0);
     }
 
     #[test]

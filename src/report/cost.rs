@@ -1,7 +1,6 @@
 //! What a bake cost, and on which machine: what differs from run to run of the same bake.
 
 use super::Seconds;
-use super::threads::ThreadTime;
 use super::ticks::grouped;
 
 /// A named length.
@@ -31,19 +30,6 @@ pub(super) fn timing_bars(seconds: &Seconds) -> Vec<Bar> {
         text: format!("{time:.2} s"),
     };
     stages.into_iter().filter(|(_, time)| *time > 0.0).map(bar).collect()
-}
-
-/// How many times as fast each number of threads is as one.
-pub(super) fn thread_bars(times: &[ThreadTime]) -> Vec<Bar> {
-    let Some(one) = times.first().map(|time| time.seconds) else { return Vec::new() };
-    let speed_up = |time: &ThreadTime| one / time.seconds.max(f64::MIN_POSITIVE);
-    let most = times.iter().map(speed_up).fold(f64::MIN_POSITIVE, f64::max);
-    let bar = |time: &ThreadTime| Bar {
-        name: counted(time.threads, "thread"),
-        percent: 100.0 * speed_up(time) / most,
-        text: format!("{:.2} ×, {:.2} s", speed_up(time), time.seconds),
-    };
-    times.iter().map(bar).collect()
 }
 
 /// The machine of this process, and the day.
@@ -101,9 +87,5 @@ mod tests {
         let bars = timing_bars(&Seconds { read: 1.0, simplify: 4.0, ..Seconds::default() });
         let bars: Vec<_> = bars.iter().map(|bar| (bar.name.as_str(), bar.percent)).collect();
         assert_eq!(bars, [("read", 25.0), ("simplify", 100.0)]);
-        let times = [(1, 4.0), (2, 2.0)].map(|(threads, seconds)| ThreadTime { threads, seconds });
-        let bars = thread_bars(&times);
-        assert_eq!((bars[0].percent, bars[1].text.as_str()), (50.0, "2.00 ×, 2.00 s"));
-        assert_eq!((bars[0].name.as_str(), bars[1].name.as_str()), ("1 thread", "2 threads"));
     }
 }

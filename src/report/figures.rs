@@ -35,7 +35,7 @@ pub(super) fn charts(measured: &[Measured<'_>]) -> Vec<Chart> {
         let mut points: Vec<Point> = own
             .filter_map(|(name, triangles, metrics, _)| {
                 let value = of(metrics).filter(|value| value.abs() < 1e12)?;
-                Some(Point { triangles: *triangles, value, name: name.clone() })
+                Some(Point { triangles: *triangles, value, deviation: 0.0, name: name.clone() })
             })
             .collect();
         points.sort_by_key(|point| point.triangles);
@@ -45,14 +45,38 @@ pub(super) fn charts(measured: &[Measured<'_>]) -> Vec<Chart> {
         title,
         unit,
         ideal,
+        across: "triangles",
         series: (0..=last.unwrap_or(0)).map(|color| series(of, color)).collect(),
     };
     FIGURES.iter().map(chart).filter(|chart| !chart.is_empty()).collect()
 }
 
+/// The volume and the area of the source and of each candidate, in units of the world and over the source's.
+pub(super) fn solids(measured: &[Measured<'_>]) -> Vec<[String; 5]> {
+    let Some((_, _, first, _)) = measured.first() else { return Vec::new() };
+    let number = |value: f64| match value.abs() {
+        usual if (0.01..1e5).contains(&usual) => format!("{value:.4}"),
+        0.0 => "0".to_owned(),
+        _ => format!("{value:.3e}"),
+    };
+    let row = |name: &str, volume: Option<f64>, ratio: Option<f64>, area: f64, share: f64| {
+        let dash = || "–".to_owned();
+        let percent = |ratio: f64| format!("{:.2} %", 100.0 * ratio);
+        let volumes = [volume.map_or_else(dash, number), ratio.map_or_else(dash, percent)];
+        let [volume, ratio] = volumes;
+        [name.to_owned(), volume, ratio, number(area), percent(share)]
+    };
+    let source = first.volume.zip(first.volume_ratio).map(|(own, ratio)| own / ratio);
+    let own = row("source", source, source.map(|_| 1.0), first.area / first.area_ratio, 1.0);
+    let others = measured
+        .iter()
+        .map(|(name, _, own, _)| row(name, own.volume, own.volume_ratio, own.area, own.area_ratio));
+    std::iter::once(own).chain(others).collect()
+}
+
 /// The series of each file: the levels that one bake wrote, `<stem>_lod<n>.glb` in one folder, are
 /// one; any other file is its own.
-pub(super) fn series_colors(files: &[&str]) -> Vec<usize> {
+pub fn series_of(files: &[&str]) -> Vec<usize> {
     let mut keys: Vec<&str> = Vec::new();
     let mut colors = Vec::new();
     for file in files {
@@ -80,7 +104,7 @@ pub(super) fn file_name(path: &str) -> String {
 }
 
 /// The files without their folders, unless two of them would be called the same.
-pub(super) fn short_names(files: &[&str]) -> Vec<String> {
+pub fn short_names(files: &[&str]) -> Vec<String> {
     let names: Vec<String> = files.iter().map(|file| file_name(file)).collect();
     let is_twice = |name: &String| names.iter().filter(|other| *other == name).count() > 1;
     let of = |(name, file): (&String, &&str)| {
@@ -96,7 +120,7 @@ mod tests {
     #[test]
     fn levels_of_one_bake_are_one_series() {
         let files = ["a/x_lod1.glb", "other.glb", "a/x_lod2.glb", "b/x_lod2.glb", "other.glb"];
-        assert_eq!(series_colors(&files), [0, 1, 0, 2, 3]);
+        assert_eq!(series_of(&files), [0, 1, 0, 2, 3]);
         assert_eq!(level_stem("a/x_lod12.glb"), Some("a/x"));
         assert_eq!(level_stem("a/x_lod.glb"), None);
         assert_eq!(level_stem("a/x_lodge.glb"), None);

@@ -9,13 +9,13 @@ use seamwise_texture::Role;
 
 use super::chart::{COLORS, Chart};
 use super::choices::choice_rows;
-use super::cost::{Bar, counted, machine, thread_bars, timing_bars};
-use super::figures::{Measured, charts, file_name, series_colors, short_names};
+use super::cost::{Bar, counted, machine, timing_bars};
+use super::figures::{Measured, charts, file_name, series_of, short_names, solids};
 use super::level_textures::TexturePictures;
 use super::meshes::mesh_rows;
 use super::pictures::{AtlasPicture, AtlasPictures, Gallery, Picture};
 use super::table::{COLUMNS, header};
-use super::threads::ThreadTime;
+use super::threads::thread_charts;
 use super::ticks::grouped;
 use super::verdict::{FileSize, Verdict, verdicts};
 use super::viewer::{self, Viewer};
@@ -41,9 +41,10 @@ pub struct Extras {
     pub(crate) files: Vec<FileSize>,
     /// The options of the bake in words.
     pub(crate) options: Vec<String>,
-    /// Wall times of the same bake on 1, 2, … threads, if they were measured.
-    pub(crate) threads: Vec<ThreadTime>,
 }
+
+/// The style of charts and tables.
+pub(super) const CHART_STYLE: &str = include_str!("chart.css");
 
 /// Most mip levels in the table of an atlas: what is read of smaller ones, little is seen of.
 const MOST_MIPS: usize = 5;
@@ -56,6 +57,7 @@ struct Page<'a> {
     version: &'static str,
     base_style: &'static str,
     viewer_style: &'static str,
+    chart_style: &'static str,
     viewer: String,
     header: [String; COLUMNS],
     rows: Vec<Row>,
@@ -67,7 +69,8 @@ struct Page<'a> {
     notes: Vec<String>,
     charts: Vec<Chart>,
     perfect: Vec<&'static str>,
-    columns: Vec<Column<'a>>,
+    solids: Vec<[String; 5]>,
+    columns: Vec<Column>,
     views: Vec<View<'a>>,
     legend: Vec<Stop>,
     atlases: Vec<AtlasBlock<'a>>,
@@ -77,7 +80,8 @@ struct Page<'a> {
     peak_memory: Option<String>,
     /// What it ran on, and when.
     machine: Vec<String>,
-    threads: Vec<Bar>,
+    threads: Vec<Chart>,
+    thread_runs: usize,
 }
 
 /// A row of the table.
@@ -98,10 +102,9 @@ impl Row {
 }
 
 /// A scene in the contact sheets.
-struct Column<'a> {
+struct Column {
     name: String,
     detail: String,
-    wireframe: &'a Picture,
 }
 
 /// A camera's pictures of all scenes.
@@ -111,6 +114,7 @@ struct View<'a> {
     direction: String,
     renders: Vec<&'a Picture>,
     differences: Vec<&'a Picture>,
+    wireframes: Vec<&'a Picture>,
 }
 
 /// A color of the heat map, and the difference it stands for.
@@ -165,6 +169,7 @@ pub fn bake_page(report: &BakeReport, extras: &Extras) -> Result<String> {
         .concat(),
         charts: imperfect(&measured),
         perfect: perfect(&measured),
+        solids: solids(&measured),
         verdicts: verdicts(report, &extras.files),
         options: &extras.options,
         meshes: mesh_rows(&report.meshes),
@@ -175,7 +180,8 @@ pub fn bake_page(report: &BakeReport, extras: &Extras) -> Result<String> {
         timings: timing_bars(&report.seconds),
         peak_memory: report.peak_memory_bytes.map(|bytes| format!("{:.0} MB", bytes as f64 / 1e6)),
         machine: machine(),
-        threads: thread_bars(&extras.threads),
+        threads: thread_charts(&report.threads),
+        thread_runs: report.threads.first().map_or(0, |own| own.runs),
         ..Page::of(extras.gallery.as_ref(), names)
     })
 }
@@ -188,7 +194,7 @@ pub fn evaluate_page(report: &EvaluateReport, gallery: &Gallery) -> Result<Strin
     let reference = &report.reference;
     let files: Vec<&str> =
         report.candidates.iter().map(|candidate| candidate.file.as_str()).collect();
-    let colors = series_colors(&files);
+    let colors = series_of(&files);
     let all: Vec<&str> = std::iter::once(reference.file.as_str()).chain(files).collect();
     let short = short_names(&all);
     let named = || report.candidates.iter().zip(&short[1..]);
@@ -225,6 +231,7 @@ pub fn evaluate_page(report: &EvaluateReport, gallery: &Gallery) -> Result<Strin
         notes: report.complaints(),
         charts: imperfect(&charted),
         perfect: perfect(&charted),
+        solids: solids(&charted),
         ..Page::of(Some(gallery), names)
     })
 }
@@ -254,16 +261,16 @@ impl<'a> Page<'a> {
     /// The pictures of scenes with these names and triangles, and nothing else.
     fn of(gallery: Option<&'a Gallery>, names: impl Iterator<Item = (String, usize)>) -> Self {
         let scenes = gallery.map_or(&[][..], |gallery| &gallery.scenes);
-        let columns = scenes.iter().zip(names).map(|(scene, (name, triangles))| Column {
-            name,
-            detail: grouped(triangles),
-            wireframe: &scene.wireframe,
-        });
+        let columns = scenes
+            .iter()
+            .zip(names)
+            .map(|(_, (name, triangles))| Column { name, detail: grouped(triangles) });
         let views = scenes.first().map_or(0, |scene| scene.renders.len());
         let view = |view: usize| View {
             number: view + 1,
             direction: gallery.map_or(String::new(), |gallery| gallery.direction(view)),
             renders: scenes.iter().map(|scene| &scene.renders[view]).collect(),
+            wireframes: scenes.iter().map(|scene| &scene.wireframes[view]).collect(),
             differences: scenes.iter().filter_map(|scene| scene.differences.get(view)).collect(),
         };
         Self {
@@ -272,6 +279,7 @@ impl<'a> Page<'a> {
             version: env!("CARGO_PKG_VERSION"),
             base_style: viewer::BASE_STYLE,
             viewer_style: "",
+            chart_style: CHART_STYLE,
             viewer: String::new(),
             header: header(""),
             rows: Vec::new(),
@@ -283,6 +291,7 @@ impl<'a> Page<'a> {
             notes: Vec::new(),
             charts: Vec::new(),
             perfect: Vec::new(),
+            solids: Vec::new(),
             columns: columns.collect(),
             views: (0..views).map(view).collect(),
             legend: legend(),
@@ -293,6 +302,7 @@ impl<'a> Page<'a> {
             peak_memory: None,
             machine: Vec::new(),
             threads: Vec::new(),
+            thread_runs: 0,
         }
     }
 }

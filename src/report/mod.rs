@@ -6,7 +6,7 @@ mod columns;
 mod cost;
 mod csv;
 mod farthest;
-mod figures;
+pub mod figures;
 pub mod goal;
 pub mod html;
 pub(crate) mod level_textures;
@@ -14,6 +14,8 @@ mod meshes;
 pub mod pictures;
 pub mod repair;
 mod scale;
+mod seconds;
+pub mod several;
 mod summary;
 mod table;
 pub(crate) mod threads;
@@ -38,6 +40,8 @@ use table::{COLUMNS, row};
 pub use farthest::FarthestPart;
 pub use meshes::MeshReport;
 pub(crate) use meshes::mesh_reports;
+pub use seconds::Seconds;
+pub use threads::{Spread, StageTime, ThreadTimes};
 
 /// The report of a bake, in schema 1.
 #[derive(Clone, Debug, Serialize)]
@@ -73,6 +77,9 @@ pub struct BakeReport {
     pub materials: Vec<MaterialTextures>,
     /// Wall time of each stage.
     pub seconds: Seconds,
+    /// Wall times of the same bake on 1, 2, … threads, if they were measured.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub threads: Vec<ThreadTimes>,
     /// Most memory that the process held at once; `None` where the system does not tell.
     pub peak_memory_bytes: Option<u64>,
 }
@@ -143,29 +150,6 @@ pub struct LevelReport {
     pub farthest: Option<FarthestPart>,
     /// Its metrics against the source, if it was evaluated.
     pub metrics: Option<Metrics>,
-}
-
-/// Wall time of each stage in seconds; 0 for one that did not run.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
-pub struct Seconds {
-    /// Files to assets.
-    pub read: f64,
-    /// Vertices to points and wedges.
-    pub weld: f64,
-    /// The descent.
-    pub simplify: f64,
-    /// The fit of the levels to the source.
-    pub polish: f64,
-    /// Filling the atlases.
-    pub repair: f64,
-    /// Sampling textures anew.
-    pub transfer: f64,
-    /// Levels to files.
-    pub write: f64,
-    /// Measuring the levels.
-    pub evaluate: f64,
-    /// Drawing the pictures of the page.
-    pub report: f64,
 }
 
 impl BakeReport {

@@ -5,7 +5,8 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use glam::DVec3;
 use image::codecs::jpeg::JpegEncoder;
-use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use image::codecs::png::{self, CompressionType, PngEncoder};
+use image::imageops::{FilterType, resize};
 use image::{DynamicImage, RgbImage};
 use rayon::prelude::*;
 use seamwise_texture::{Footprint, MipReads, Role, Validity};
@@ -25,8 +26,9 @@ use crate::limit::MemoryLimit;
 pub const VIEWS: usize = 6;
 /// Pixels along each side of a render and of a wireframe; the page shows them smaller until they
 /// are asked for.
-const RENDER_SIDE: usize = 384;
+const RENDER_SIDE: usize = 1024;
 const WIRE_SIDE: usize = 512;
+const DIFFERENCE_SIDE: u32 = 512;
 /// Most pixels along a side of an atlas.
 const ATLAS_SIDE: u32 = 384;
 /// Most atlases that are shown.
@@ -52,8 +54,11 @@ impl Picture {
     /// [`Error::Internal`] if an encoder refuses it.
     pub fn new(pixels: &RgbImage) -> Result<Self> {
         let (mut png, mut jpeg) = (Vec::new(), Vec::new());
-        let encoder =
-            PngEncoder::new_with_quality(&mut png, CompressionType::Default, FilterType::Adaptive);
+        let encoder = PngEncoder::new_with_quality(
+            &mut png,
+            CompressionType::Default,
+            png::FilterType::Adaptive,
+        );
         pixels.write_with_encoder(encoder).map_err(Error::internal)?;
         let encoder = JpegEncoder::new_with_quality(&mut jpeg, JPEG_QUALITY);
         pixels.write_with_encoder(encoder).map_err(Error::internal)?;
@@ -79,8 +84,8 @@ pub struct SceneViews {
     pub renders: Vec<Picture>,
     /// One per view: the difference to the reference. None for the reference itself.
     pub differences: Vec<Picture>,
-    /// The first view.
-    pub wireframe: Picture,
+    /// One per view.
+    pub wireframes: Vec<Picture>,
 }
 
 impl Gallery {
@@ -102,7 +107,7 @@ impl Gallery {
         let scenes = vec![SceneViews {
             renders: encode_all(&images, Image::to_srgb8)?,
             differences: Vec::new(),
-            wireframe: wireframe(reference, &rig)?,
+            wireframes: wireframes(reference, &rig)?,
         }];
         Ok(Self { rig, origin: reference.origin, mode, reference: images, scenes })
     }
@@ -123,8 +128,11 @@ impl Gallery {
         let pairs: Vec<(&Image, &Image)> = self.reference.iter().zip(&images).collect();
         self.scenes.push(SceneViews {
             renders: encode_all(&images, Image::to_srgb8)?,
-            differences: encode_all(&pairs, |(own, other)| difference_map(own, other))?,
-            wireframe: wireframe(candidate, &self.rig)?,
+            differences: encode_all(&pairs, |(own, other)| {
+                let side = DIFFERENCE_SIDE;
+                resize(&difference_map(own, other), side, side, FilterType::Triangle)
+            })?,
+            wireframes: wireframes(candidate, &self.rig)?,
         });
         Ok(())
     }
@@ -134,8 +142,8 @@ fn encode_all<T: Sync>(of: &[T], draw: impl Fn(&T) -> RgbImage + Sync) -> Result
     of.par_iter().map(|each| Picture::new(&draw(each))).collect()
 }
 
-fn wireframe(scene: &Scene, rig: &Rig) -> Result<Picture> {
-    Picture::new(&draw_wireframe(scene, &rig.cameras[0], WIRE_SIDE))
+fn wireframes(scene: &Scene, rig: &Rig) -> Result<Vec<Picture>> {
+    encode_all(&rig.cameras, |camera| draw_wireframe(scene, camera, WIRE_SIDE))
 }
 
 /// The outcome of the repair of an asset's images, in pictures.

@@ -47,6 +47,8 @@ pub struct ImageReport {
     pub notes: Vec<String>,
     /// A PNG of what was filled, if it was asked for.
     pub diff: Option<Vec<u8>>,
+    /// A PNG of the levels of the fill, if it was asked for.
+    pub pyramid: Option<Vec<u8>>,
 }
 
 impl ImageReport {
@@ -105,7 +107,19 @@ impl RepairReport {
     /// The pictures of what was filled, as files: `path` if there is one, otherwise each with the
     /// number of its image before the extension.
     pub fn diffs(&self, path: &Path) -> Vec<(PathBuf, Vec<u8>)> {
-        let drawn = |image: &ImageReport| image.diff.clone();
+        self.pictures(path, |image| image.diff.clone())
+    }
+
+    /// The pictures of the levels of the fill, as files named alike.
+    pub fn pyramids(&self, path: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+        self.pictures(path, |image| image.pyramid.clone())
+    }
+
+    fn pictures(
+        &self,
+        path: &Path,
+        drawn: fn(&ImageReport) -> Option<Vec<u8>>,
+    ) -> Vec<(PathBuf, Vec<u8>)> {
         let drawn: Vec<_> = self.images.iter().map(drawn).enumerate().collect();
         let several = drawn.iter().filter(|(_, png)| png.is_some()).count() > 1;
         let name = |index: usize| {

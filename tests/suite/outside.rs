@@ -51,6 +51,7 @@ const ALLOWED: ReadOptions = ReadOptions {
     memory_limit: seamwise::limit::MemoryLimit::of_bytes(1 << 26),
     allow_missing: false,
     strict: false,
+    smooth_normals: None,
     allow_outside: true,
 };
 

@@ -12,7 +12,10 @@ use seamwise::bake::options::{BakeOptions, ReportOptions, Textures};
 use seamwise::transfer::TransferOptions;
 
 fn reported(threads: bool) -> BakeOptions {
-    BakeOptions { report: Some(ReportOptions { threads, apart: false }), ..measured() }
+    BakeOptions {
+        report: Some(ReportOptions { threads, thread_runs: 2, apart: false }),
+        ..measured()
+    }
 }
 
 /// The page of a bake of the seam cube, whose atlas is repaired.
@@ -52,7 +55,7 @@ fn assert_self_contained(page: &str, pictures: usize) {
 }
 
 /// Six views of the source and four levels, the differences, the wireframes; twice an atlas.
-const PICTURES: usize = 6 * 5 + 6 * 4 + 5 + 2;
+const PICTURES: usize = 6 * 5 + 6 * 4 + 6 * 5 + 2;
 
 #[test]
 fn the_page_of_a_bake_holds_all_it_shows() {
@@ -170,8 +173,9 @@ fn the_time_on_each_number_of_threads_is_shown_if_asked_for() {
         let baked = Baked::bytes("sphere", &glb, &options);
         std::fs::read_to_string(page_path(&baked)).expect("a page")
     });
-    assert!(page.contains("1 thread<") && page.contains("2 threads<") && page.contains("1.00 ×"));
-    assert!(!page.contains("<svg"), "nothing was measured");
+    assert!(page.contains("1 threads, ") && page.contains("2 threads, "));
+    assert!(page.contains("Mean of 2 runs") && page.contains("line error"));
+    assert_eq!(page.matches("<svg").count(), 1, "nothing was measured but time");
 }
 
 #[test]
@@ -195,7 +199,7 @@ fn an_evaluation_writes_a_page_of_what_could_be_compared() {
         .assert()
         .code(1);
     let page = std::fs::read_to_string(folder.path().join("page.html")).expect("a page");
-    assert_self_contained(&page, 6 * 4 + 6 * 3 + 4);
+    assert_self_contained(&page, 6 * 4 + 6 * 3 + 6 * 4);
     assert!(!page.contains("<c>"), "a file's name is not escaped");
     assert!(page.contains("bad.glb could not be compared"));
     let dots = page.matches("class=\"dotted\"").count();

@@ -141,7 +141,7 @@ fn every_ellipsoid_of_a_model_has_epsilon_on_it_and_the_rest_is_counted() {
     node["scale"] = serde_json::json!([2.0, 1.0, 0.5]);
     node["rotation"] = serde_json::json!([0.0, 0.6, 0.0, 0.8]);
     node["translation"] = serde_json::json!([100.0, -3.0, 2.0]);
-    let asset = seamwise::import::read_bytes(&build.glb()).unwrap();
+    let asset = seamwise::import::read_bytes(&build.glb(), Path::new("")).unwrap();
     for (level, epsilon) in [(0, None), (2, None), (2, Some(1e-4))] {
         let own = Quadrics::of(&asset, level, epsilon, MemoryLimit::default()).unwrap();
         assert!(!own.solids.is_empty());
@@ -161,7 +161,7 @@ fn every_ellipsoid_of_a_model_has_epsilon_on_it_and_the_rest_is_counted() {
             assert!(matches!(again, Isosurface::Ellipsoid(_)));
         }
     }
-    let flat = seamwise::import::read_bytes(&Build::of(&seam_cube()).glb()).unwrap();
+    let flat = seamwise::import::read_bytes(&Build::of(&seam_cube()).glb(), Path::new("")).unwrap();
     let own = Quadrics::of(&flat, 0, None, MemoryLimit::default()).unwrap();
     assert_eq!((own.census.drawn, own.census.points), (8, own.census.open + 8), "its corners");
     assert!(own.solids.iter().all(|own| own.ellipsoid.thickness() > 0.4));
@@ -187,4 +187,57 @@ fn quadrics_are_drawn_as_a_picture_and_as_a_model_that_is_read_again() {
     assert!(wrong.code == 2 && wrong.stderr.contains(".png"), "{}", wrong.stderr);
     let wrong = stage.run(&["quadrics", "torus.glb", "-o", "out.png", "--epsilon", "0"]);
     assert!(wrong.code == 2 && wrong.stderr.contains("epsilon"), "{}", wrong.stderr);
+}
+
+#[test]
+fn smooth_normals_are_made_on_request_and_the_bake_keeps_them() {
+    let stage = Stage::new();
+    stage.put("beast.off", beast().as_bytes());
+    for (folder, arguments) in [("flat", &[][..]), ("smooth", &["--smooth-normals"])] {
+        let bake = ["bake", "beast.off", "-o", folder, "--levels", "1", "--no-evaluate"];
+        let ran = stage.run(&[&bake[..], arguments].concat());
+        assert_eq!(ran.code, 0, "{}", ran.stderr);
+        let bytes = std::fs::read(stage.path(folder).join("beast_lod1.glb")).unwrap();
+        let has_normals = bytes.windows(8).any(|own| own == b"\"NORMAL\"");
+        assert_eq!(has_normals, folder == "smooth");
+    }
+}
+
+#[test]
+fn the_levels_of_a_fill_are_drawn_beside_its_result() {
+    let stage = Stage::new();
+    let picture = image::RgbImage::from_fn(64, 32, |x, y| match x < 20 && y > 4 {
+        true => image::Rgb([200, (3 * x) as u8, (5 * y) as u8]),
+        false => image::Rgb([255, 0, 255]),
+    });
+    picture.save(stage.path("atlas.png")).unwrap();
+    let repair = ["repair", "atlas.png", "-o", "out.png", "--background", "#ff00ff"];
+    let ran = stage.run(&[&repair[..], &["--pyramid", "levels.png"]].concat());
+    assert_eq!(ran.code, 0, "{}", ran.stderr);
+    let levels = image::open(stage.path("levels.png")).unwrap();
+    assert_eq!(
+        (levels.width(), levels.height()),
+        (4 * 260 + 4, 7 * 274 + 4),
+        "from 64 texels to one"
+    );
+    let wrong = stage.run(&[&repair[..], &["--pyramid", "levels.jpg"]].concat());
+    assert!(wrong.code == 2 && wrong.stderr.contains(".png"), "{}", wrong.stderr);
+}
+
+#[test]
+fn reports_of_several_bakes_are_one_page_and_a_batch_writes_it() {
+    let stage = Stage::new();
+    for name in ["a", "b"] {
+        stage.put(&format!("{name}.glb"), &Build::of(&shapes::torus(16, 8)).glb());
+    }
+    let ran = stage.run(&["bake", "a.glb", "b.glb", "-o", "out", "--levels", "2", "--report"]);
+    assert_eq!(ran.code, 0, "{}", ran.stderr);
+    let page = std::fs::read_to_string(stage.path("out/models.html")).expect("a page");
+    assert!(page.contains("href=\"a.html\"") && page.contains("href=\"b.html\""));
+    let ran = stage.run(&["report", "out/a.json", "out/b.json", "-o", "page.html"]);
+    assert_eq!(ran.code, 0, "{}", ran.stderr);
+    let page = std::fs::read_to_string(stage.path("page.html")).expect("a page");
+    assert!(page.contains("href=\"out/a.html\"") && page.matches("<tr>").count() == 5);
+    let wrong = stage.run(&["report", "a.glb", "-o", "page.html"]);
+    assert!(wrong.code == 2 && wrong.stderr.contains("a.glb"), "{}", wrong.stderr);
 }

@@ -100,13 +100,25 @@ fn sphere() -> Vec<u8> {
 fn help_fits_eighty_columns_and_its_short_form_one_screen() {
     let mut session = Session::new(80);
     session.run("-h");
-    for subcommand in ["bake", "repair", "extract", "evaluate", "view", "inspect", "select"] {
+    for subcommand in
+        ["bake", "repair", "extract", "evaluate", "view", "quadrics", "report", "inspect", "select"]
+    {
         let short = session.run(&format!("{subcommand} -h"));
         assert!(short.lines().count() <= 50, "{subcommand}: {} lines", short.lines().count());
     }
-    for subcommand in
-        ["bake", "repair", "extract", "evaluate", "view", "inspect", "select", "completions", "man"]
-    {
+    for subcommand in [
+        "bake",
+        "repair",
+        "extract",
+        "evaluate",
+        "view",
+        "quadrics",
+        "report",
+        "inspect",
+        "select",
+        "completions",
+        "man",
+    ] {
         let long = session.run(&format!("{subcommand} --help"));
         assert!(long.contains("--threads") && long.contains("--quiet"), "{long}");
     }
