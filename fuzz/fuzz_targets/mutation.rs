@@ -66,10 +66,16 @@ const KEYS: [&str; 40] = [
 ];
 
 /// Numbers that follow from a seed (Vigna's splitmix64).
-struct Random(u64);
+pub struct Random(u64);
 
 impl Random {
-    fn below(&mut self, limit: usize) -> usize {
+    /// Those of a seed.
+    pub fn new(seed: u32) -> Self {
+        Self(seed.into())
+    }
+
+    /// A number below a limit.
+    pub fn below(&mut self, limit: usize) -> usize {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut x = self.0;
         x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -79,8 +85,9 @@ impl Random {
 }
 
 /// Changes the first `size` bytes of `data`, up to `most`; tells how many there are then.
+#[allow(dead_code, reason = "not all targets that edit JSON change bytes by it")]
 pub fn mutate(data: &mut [u8], size: usize, most: usize, seed: u32) -> usize {
-    let mut random = Random(seed.into());
+    let mut random = Random::new(seed);
     let end = data[..size].iter().position(|&byte| byte == 0);
     let json = end.and_then(|end| serde_json::from_slice::<Value>(&data[..end]).ok());
     let (Some(end), Some(mut json)) = (end, json) else {
@@ -105,7 +112,8 @@ pub fn mutate(data: &mut [u8], size: usize, most: usize, seed: u32) -> usize {
     length
 }
 
-fn edit(json: &mut Value, random: &mut Random) {
+/// Changes one value.
+pub fn edit(json: &mut Value, random: &mut Random) {
     let places = places(json);
     let place = |random: &mut Random| places[random.below(places.len())].clone();
     let (own, other) = (place(random), place(random));
