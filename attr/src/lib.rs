@@ -95,6 +95,7 @@ pub use plane_quadrics::{PlaneQuadrics, sum_planes};
 pub use polish::Polish;
 pub use polish::influences::{Influences, fit_influences};
 pub use progressive::mesh::{Change, Collapse, Extracted, Moved, ProgressiveMesh};
+pub use progressive::morph::MorphEnd;
 pub use progressive::order::ProgressiveScene;
 pub use progressive::record::{Recorded, record_chain, record_together};
 pub use progressive::settle::Unsettled;

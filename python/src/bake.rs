@@ -8,7 +8,7 @@ use pyo3::types::{PyBytes, PyDict};
 use seamwise::bake::options::{BudgetPer, ReportOptions, Targets, Textures};
 use seamwise::bake::{Input, bake as bake_to, bake_in_memory};
 use seamwise::batch::{Job, Shard, parse_manifest};
-use seamwise::export::files::{Format, Layout, OutputOptions};
+use seamwise::export::files::{Format, Geomorph, Layout, OutputOptions};
 use seamwise::import::options::ReadOptions;
 use seamwise::transfer::TransferOptions;
 use seamwise::{BakeOptions, Error};
@@ -31,6 +31,8 @@ pub(crate) struct Keywords {
     evaluate: bool,
     report: bool,
     compress: bool,
+    progressive: bool,
+    geomorph: Option<String>,
     reach_target: bool,
     keep_volume: bool,
     max_error: Option<f64>,
@@ -181,13 +183,16 @@ impl Keywords {
         let layouts = [Layout::None, Layout::MsftLod, Layout::Names];
         let formats = [Format::Glb, Format::Gltf];
         let layout = choice("layout", self.layout.as_ref(), &["none", "msft_lod", "names"])?;
+        let geomorph =
+            choice("geomorph", self.geomorph.as_ref(), &["none", "attributes", "target"])?;
         let format = choice("format", self.format.as_ref(), &["glb", "gltf"])?;
         Ok(OutputOptions {
             compress: self.compress,
             format: formats[format],
             layout: layouts[layout],
             share_vertices: false,
-            progressive: false,
+            progressive: self.progressive,
+            geomorph: [Geomorph::None, Geomorph::Attributes, Geomorph::Target][geomorph],
         })
     }
 }

@@ -20,6 +20,7 @@ use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use rayon::prelude::*;
+use seamwise_attr::ProgressiveScene;
 
 use crate::atlas::{ImageRepair, encode_repaired, repair_all};
 use crate::document::asset::Asset;
@@ -31,9 +32,10 @@ use crate::evaluate::{self, Reference};
 use crate::export::bundle::{Chain, Measured};
 use crate::export::disk::check_writable;
 use crate::export::document::level_asset;
-use crate::export::files::{Format, Layout};
+use crate::export::files::{Format, Geomorph, Layout};
 use crate::image_file::codec::EncodeOptions;
 use crate::image_file::encoded::EncodedImage;
+use crate::level::geomorph::{Kinds, Morphs, takes_target};
 use crate::level::lods::Lods;
 use crate::level::textures::LevelTextures;
 use crate::level::{AssetLevel, LevelAssembly};
@@ -46,8 +48,10 @@ use crate::report::threads::time_threads;
 use crate::report::verdict::FileSize;
 use crate::report::{BakeReport, Seconds, mesh_reports, peak_memory};
 use crate::surface::colors::keep_colors;
+use crate::surface::geometry::Geometry;
 use crate::surface::group::weld_all;
 use crate::transfer::{MaterialTextures, Origin, Plan, Transfer, TransferOptions, transfer_all};
+use crate::warning::Warnings;
 pub use baked::{Baked, BakedFile};
 use digest::digest;
 use fragments::warn_of_fragments;
@@ -180,6 +184,7 @@ struct Levels {
 }
 
 fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> Result<Levels> {
+    options.output.check()?;
     let mut clock = Clock { seconds: Seconds::default(), progress };
     let asset = clock.time("read", |s| &mut s.read, || input.read(options.reading))?;
     let geometries =
@@ -208,8 +213,10 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
         })
     };
     clock.time("polish", |s| &mut s.polish, settle)?;
-    simplified.settle();
-    let Simplified { chains, scene, .. } = simplified;
+    if options.output.progressive {
+        simplified.settle();
+    }
+    let Simplified { chains, mut scene, .. } = simplified;
     let mut lods = Lods::from_chains(chains, options.targets.count())?;
     let repairs = clock.time("repair", |s| &mut s.repair, || repair_images(&asset, options))?;
     let images =
@@ -236,11 +243,13 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
         let draw = || draw_atlases(&asset, repairs, options.reading.memory_limit);
         extras.atlases = clock.time("report", |s| &mut s.report, draw)?;
     }
+    let morphs = find_morphs(&asset, &geometries, &lods, scene.as_mut(), (options, &mut warnings));
     let assembly = LevelAssembly {
         asset: &asset,
         geometries: &geometries,
         lods: &lods,
         keeps_positions: options.steering.lock_border.is_some(),
+        morphs: &morphs,
     };
     let assemble = || assembly.assemble(textures, options.output.quantizes());
     let assembled = clock.time("write", |s| &mut s.write, assemble)?;
@@ -268,11 +277,17 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
     }
     let encode = || {
         let BakeOptions { output, screen, .. } = *options;
-        let chain = Chain { asset: &asset, levels: &assembled, images: &images, output, screen };
+        let source_morphs = match output.layout {
+            Layout::None => Vec::new(),
+            _ => morphs.of_source(&asset, &geometries)?,
+        };
+        let (levels_of, images) = (&assembled[..], &images[..]);
+        let chain =
+            Chain { asset: &asset, levels: levels_of, images, output, screen, source_morphs };
         let documents = chain.documents(levels, measured.as_ref(), &input.stem())?;
         let mut files = options.output.encode(&input.stem(), &documents)?;
         if let (Some(scene), Some(name)) = (&scene, output.progressive_file(&input.stem())) {
-            files.push((name, progressive_glb(&asset, &images, &geometries, scene)?));
+            files.push((name, progressive_glb(&asset, images, &geometries, scene)?));
         }
         Ok(files)
     };
@@ -341,6 +356,32 @@ fn own_textures(
         *lods = repacked;
     }
     Ok((textures, plan.outcomes(origin.asset, &choices)?))
+}
+
+/// Where vertices of each level come to lie in the next one, if they are to tell; and warnings of what can't be told.
+fn find_morphs<'a>(
+    asset: &Asset,
+    geometries: &[Geometry],
+    lods: &'a Lods,
+    scene: Option<&mut ProgressiveScene>,
+    (options, warnings): (&BakeOptions, &mut Warnings),
+) -> Morphs<'a> {
+    let (Some(scene), true) = (scene, options.output.geomorph != Geomorph::None) else {
+        return Morphs::default();
+    };
+    let has_uvs = !matches!(options.textures, Textures::Transfer(_));
+    if !has_uvs {
+        let what = "each level has textures of its own, so that UVs of the next one mean nothing in it: positions, \
+                    normals and colors are told alone; --textures repair has UVs too";
+        warnings.add("--geomorph", what);
+    }
+    let has_target = options.output.geomorph == Geomorph::Target;
+    if has_target && !geometries.iter().all(|own| takes_target(asset, own)) {
+        let what = "meshes with morph targets, points or lines of their own get no further target: they have \
+                    attributes alone";
+        warnings.add("--geomorph", what);
+    }
+    Morphs::find(asset, geometries, lods, scene, Kinds { has_uvs, has_target })
 }
 
 /// The repair of each image, if the options ask for it.

@@ -54,7 +54,9 @@ pub(crate) fn simplify_all(
         };
         scene.map_meshes(bring_back).map_err(|error| internal(&error))?;
     }
-    own.find_between();
+    if options.output.progressive {
+        own.find_between();
+    }
     Ok(own)
 }
 
@@ -142,7 +144,7 @@ fn simplify_separately(
     options: &BakeOptions,
     (progress, removed): (&Progress, &AtomicUsize),
 ) -> Result<Simplified> {
-    let records = options.output.progressive;
+    let records = options.output.records();
     let shares = options.targets.shares(count(meshes));
     let simplify = |(mesh, steering): (&Cow<'_, Mesh>, &MeshSteering)| {
         progress.check("simplify")?;
@@ -181,7 +183,7 @@ fn together(
         })
         .collect();
     let counts = options.targets.counts(count(meshes));
-    let own = if options.output.progressive {
+    let own = if options.output.records() {
         record_together(&surfaces, &counts, removed)
             .map(|own| Simplified::new(own.levels, Some(own.scene)))
     } else {

@@ -2,7 +2,7 @@
 
 use clap::{Args, ValueEnum};
 use seamwise::error::{Error, Result};
-use seamwise::export::files::{Format, Layout, OutputOptions};
+use seamwise::export::files::{Format, Geomorph, Layout, OutputOptions};
 
 /// Arguments for the output of levels.
 #[derive(Debug, Args)]
@@ -31,6 +31,14 @@ pub(crate) struct OutputArgs {
     /// the source to the bit. Textures are the source's, filled unless they are kept.
     #[arg(long)]
     progressive: bool,
+    /// Let vertices say where they come to lie in the next coarser level, for a change without a jump.
+    ///
+    /// As attributes that a shader blends with the level's own: _GEOMORPH_POSITION, _GEOMORPH_NORMAL,
+    /// _GEOMORPH_TEXCOORD_0 and so on; web/ has one for three.js. With `target` as a morph target of positions
+    /// and normals too, which any viewer plays. Levels that have textures of their own have no UVs among them. The
+    /// coarsest level has none, and neither has the source but in the file of all levels.
+    #[arg(long, value_enum, value_name = "HOW", num_args = 0..=1, require_equals = true, default_missing_value = "attributes", conflicts_with_all = ["compress", "share_vertices"])]
+    geomorph: Option<GeomorphArg>,
     /// Let all levels keep vertices of the source, stored once in the file of all levels.
     ///
     /// As --placement ends, without a polish; the vertices are ordered so that each level reads a prefix
@@ -47,6 +55,15 @@ enum FormatArg {
     Glb,
     /// Each level as a .gltf and a .bin, with the images of all in the folder <stem>_textures.
     Gltf,
+}
+
+/// `--geomorph`.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum GeomorphArg {
+    /// As attributes.
+    Attributes,
+    /// As attributes, and as a morph target.
+    Target,
 }
 
 /// `--layout`.
@@ -95,6 +112,11 @@ impl OutputArgs {
             layout: self.layout(),
             share_vertices: self.share_vertices,
             progressive: self.progressive,
+            geomorph: match self.geomorph {
+                None => Geomorph::None,
+                Some(GeomorphArg::Attributes) => Geomorph::Attributes,
+                Some(GeomorphArg::Target) => Geomorph::Target,
+            },
         })
     }
 }

@@ -3,13 +3,14 @@
 use serde_json::{Value, json};
 
 use super::certificate::{certificate, certify};
-use super::document::{Coverage, chain_asset};
+use super::document::{Coverage, chain_asset, with_source_morphs};
 use super::files::{Layout, OutputOptions};
 use crate::document::asset::Asset;
 use crate::error::Result;
 use crate::evaluate::{Metrics, Part};
 use crate::image_file::encoded::EncodedImage;
 use crate::level::AssetLevel;
+use crate::level::geomorph::SourceMorph;
 use crate::screen::{Screen, switch_sizes};
 use crate::warning::Warnings;
 
@@ -21,6 +22,8 @@ pub(crate) struct Chain<'a> {
     pub(crate) output: OutputOptions,
     /// The screen that the certificates are computed for.
     pub(crate) screen: Screen,
+    /// The ways of the source's primitives to the first level, if they are to have them.
+    pub(crate) source_morphs: Vec<SourceMorph>,
 }
 
 impl Chain<'_> {
@@ -46,6 +49,9 @@ impl Chain<'_> {
             });
             let coverage = coverage.as_ref();
             let mut all = chain_asset(self.asset, self.levels, self.images, output, coverage)?;
+            if !self.source_morphs.is_empty() {
+                all = with_source_morphs(&all, &self.source_morphs)?;
+            }
             if let Some(certificates) = certificates {
                 certify(&mut all, json!({"levels": certificates}));
             }

@@ -23,6 +23,7 @@ use crate::document::prune::prune;
 use crate::document::references::replaced_accessors;
 use crate::error::{Error, Result};
 use crate::image_file::encoded::EncodedImage;
+use crate::level::geomorph::SourceMorph;
 use crate::level::part::LevelPart;
 use crate::level::{AssetLevel, LevelMesh};
 use crate::screen::Screen;
@@ -51,6 +52,9 @@ pub fn level_asset(asset: &Asset, level: &AssetLevel<'_>) -> Result<Asset> {
                 primitives.push(nothing(&mut packer));
             }
             packer.json()["meshes"][mesh]["primitives"] = Value::Array(primitives);
+            if surface.has_target {
+                name_target(&mut packer.json()["meshes"][mesh]);
+            }
             if let Some(grid) = surface.grid {
                 for node in nodes_of(asset, mesh)? {
                     if packer.json()["nodes"][node].get("mesh").is_some() {
@@ -141,6 +145,43 @@ pub fn chain_asset(
     Ok(packer.finish())
 }
 
+/// Tells programs what the only morph target of a mesh is, which has no share in it at first.
+fn name_target(mesh: &mut Value) {
+    mesh["weights"] = json!([0.0]);
+    if !mesh["extras"].is_object() {
+        mesh["extras"] = json!({});
+    }
+    mesh["extras"]["targetNames"] = json!(["geomorph"]);
+}
+
+/// A document of the source and its levels whose primitives of the source tell the way to the first level.
+///
+/// # Errors
+/// [`Error::Internal`] if it lacks one of the primitives.
+pub(crate) fn with_source_morphs(document: &Asset, morphs: &[SourceMorph]) -> Result<Asset> {
+    let mut packer = Packer::new(document, &[]);
+    for SourceMorph { mesh, primitive, attributes, target } in morphs {
+        let mut add = |(name, elements): &Named| {
+            let bounds = name == "POSITION";
+            (name.clone(), json!(packer.add_vertices(elements, bounds)))
+        };
+        let attributes: Vec<_> = attributes.iter().map(&mut add).collect();
+        let target: Option<Value> =
+            target.as_ref().map(|own| Value::Object(own.iter().map(&mut add).collect()));
+        let at = format!("/meshes/{mesh}/primitives/{primitive}");
+        let own = packer.json().pointer_mut(&at);
+        let own = own.ok_or_else(|| Error::internal("a primitive of the source is not there"))?;
+        if let Some(all) = own["attributes"].as_object_mut() {
+            all.extend(attributes);
+        }
+        if let Some(target) = target {
+            own["targets"] = json!([target]);
+            name_target(&mut packer.json()["meshes"][*mesh]);
+        }
+    }
+    Ok(packer.finish())
+}
+
 /// Adds a mesh for every level of each. One entry per mesh of the source, with what its levels are
 /// shown by, the finest first.
 fn add_meshes(
@@ -163,6 +204,9 @@ fn add_meshes(
                 level_primitives(packer, &json["primitives"], own, &materials, shared)?;
             let is_left = !primitives.is_empty();
             json["primitives"] = Value::Array(primitives);
+            if surface.has_target {
+                name_target(&mut json);
+            }
             add_suffix(&mut json, level + 1);
             let index = is_left.then(|| push(packer.json(), "meshes", json)).transpose()?;
             shown[mesh].push(Shown { mesh: index, grid: surface.grid });

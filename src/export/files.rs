@@ -11,7 +11,7 @@ use super::glb::{container, join_buffers, json_bytes, uri_stem};
 pub use super::lod_nodes::Layout;
 use crate::compression::squeeze;
 use crate::document::asset::Asset;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::image_file::encoded::ImageFormat;
 
 /// The form of documents.
@@ -41,12 +41,44 @@ pub struct OutputOptions {
     /// Whether a further file holds all levels between the coarsest and the source: see
     /// [`progressive`](crate::progressive).
     pub progressive: bool,
+    /// Whether vertices say where they come to lie in the next coarser level.
+    pub geomorph: Geomorph,
+}
+
+/// The way in which levels say where their vertices come to lie in the next coarser one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Geomorph {
+    /// They do not.
+    #[default]
+    None,
+    /// As attributes: `_GEOMORPH_POSITION`, `_GEOMORPH_NORMAL`, `_GEOMORPH_TEXCOORD_0` and so on.
+    Attributes,
+    /// As attributes, and as a morph target of positions and normals, which any viewer plays.
+    Target,
 }
 
 /// The characters that are escaped in a URI.
 const PLAIN: &AsciiSet = &NON_ALPHANUMERIC.remove(b'-').remove(b'.').remove(b'_').remove(b'/');
 
 impl OutputOptions {
+    /// Makes sure that they can be had together.
+    ///
+    /// # Errors
+    /// [`Error::Options`] if not.
+    pub(crate) fn check(&self) -> Result<()> {
+        if self.geomorph != Geomorph::None && (self.compress || self.share_vertices) {
+            let what = "a geomorph needs vertices of each level's own as floats: leave out --compress and \
+                        --share-vertices, or the geomorph";
+            return Err(Error::Options { what: what.into() });
+        }
+        Ok(())
+    }
+
+    /// Whether the collapses that lead to levels are kept on record.
+    pub(crate) fn records(&self) -> bool {
+        self.progressive || self.geomorph != Geomorph::None
+    }
+
     /// Whether vertices become small integers: not if they are to be the source's.
     pub(crate) fn quantizes(&self) -> bool {
         self.compress && !self.share_vertices

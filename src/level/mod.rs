@@ -1,5 +1,6 @@
 //! A level of detail as primitives: what a simplified surface becomes before any document holds it.
 
+pub(crate) mod geomorph;
 mod join;
 pub(crate) mod lods;
 pub(crate) mod part;
@@ -16,6 +17,7 @@ use seamwise_attr::Level;
 use crate::document::asset::Asset;
 use crate::error::Result;
 use crate::surface::geometry::Geometry;
+use geomorph::{Morph, Morphs};
 use lods::Lods;
 use part::LevelPart;
 use primitives::level_parts;
@@ -34,6 +36,8 @@ pub struct LevelMesh<'a> {
     pub(crate) parts: Option<Vec<Option<LevelPart>>>,
     /// The grid of its positions, if they are integers.
     pub(crate) grid: Option<Grid>,
+    /// Whether it has a morph target that leads to the next level.
+    pub(crate) has_target: bool,
 }
 
 impl<'a> LevelMesh<'a> {
@@ -43,23 +47,28 @@ impl<'a> LevelMesh<'a> {
     /// # Errors
     /// [`Error::Internal`](crate::error::Error::Internal) if the level does not belong to the geometry.
     pub fn new(geometry: &'a Geometry, level: &Level, textures: &[PartTextures]) -> Result<Self> {
-        Self::with_positions(geometry, level, textures, false)
+        Self::with_positions(geometry, level, textures, false, None)
     }
 
-    /// The same; `rounds` tells that positions are about to be rounded.
+    /// The same; `rounds` tells that positions are about to be rounded, `morph` where wedges come to lie next.
     fn with_positions(
         geometry: &'a Geometry,
         level: &Level,
         textures: &[PartTextures],
         rounds: bool,
+        morph: Option<&Morph<'_>>,
     ) -> Result<Self> {
         let (own, source) = (&level.mesh, &geometry.welded.mesh);
         let is_whole = own.triangles.len() == source.triangles.len()
             && own.positions.len() == source.positions.len();
-        let is_source = is_whole && textures.iter().all(|own| *own == PartTextures::default());
-        let parts =
-            (!is_source).then(|| level_parts(geometry, level, textures, rounds)).transpose()?;
-        Ok(Self { geometry, triangles: own.triangles.len(), parts, grid: None })
+        let is_source = is_whole
+            && morph.is_none()
+            && textures.iter().all(|own| *own == PartTextures::default());
+        let parts = (!is_source)
+            .then(|| level_parts(geometry, level, textures, rounds, morph))
+            .transpose()?;
+        let has_target = morph.is_some_and(Morph::has_target);
+        Ok(Self { geometry, triangles: own.triangles.len(), parts, grid: None, has_target })
     }
 
     /// Number of its primitives.
@@ -103,6 +112,8 @@ pub(crate) struct LevelAssembly<'a> {
     pub(crate) lods: &'a Lods,
     /// Whether positions stay floats: those of borders that must be the same in other files.
     pub(crate) keeps_positions: bool,
+    /// The ways from each level to the next, if parts are to have them.
+    pub(crate) morphs: &'a Morphs<'a>,
 }
 
 impl<'a> LevelAssembly<'a> {
@@ -112,19 +123,20 @@ impl<'a> LevelAssembly<'a> {
         textures: Vec<LevelTextures>,
         compress: bool,
     ) -> Result<Vec<AssetLevel<'a>>> {
-        let assemble = |(level, textures): (&[Level], LevelTextures)| {
-            let surfaces = self.geometries.par_iter().zip(level).zip(&textures.parts);
-            let meshes = surfaces.map(|((geometry, level), textures)| {
+        let assemble = |(index, (level, textures)): (usize, (&[Level], LevelTextures))| {
+            let surfaces = self.geometries.par_iter().zip(level).zip(&textures.parts).enumerate();
+            let meshes = surfaces.map(|(surface, ((geometry, level), textures))| {
                 if !compress {
-                    return LevelMesh::new(geometry, level, textures);
+                    let morph = self.morphs.get(index + 1, surface);
+                    return LevelMesh::with_positions(geometry, level, textures, false, morph);
                 }
                 let rounds = !self.keeps_positions && may_scale(self.asset, geometry)?;
-                let mut mesh = LevelMesh::with_positions(geometry, level, textures, rounds)?;
+                let mut mesh = LevelMesh::with_positions(geometry, level, textures, rounds, None)?;
                 mesh.quantize(level.error, rounds);
                 Ok(mesh)
             });
             Ok(AssetLevel { meshes: meshes.collect::<Result<_>>()?, textures })
         };
-        self.lods.levels().zip(textures).map(assemble).collect()
+        self.lods.levels().zip(textures).enumerate().map(assemble).collect()
     }
 }

@@ -9,6 +9,7 @@ use gltf::json::accessor::ComponentType;
 use rustc_hash::FxHashMap;
 use seamwise_attr::{Level, WedgeId};
 
+use super::geomorph::{Morph, PREFIX};
 use super::join::join_parts;
 use super::part::LevelPart;
 use super::resample::{SourceSampler, VertexSource, blend, copy, skin};
@@ -23,7 +24,8 @@ use crate::surface::tangents::Corners;
 /// triangle is left is `None`, and so is one that was joined to another before it.
 ///
 /// `textures` has one entry per part: a normal map that is made anew needs the tangents that it is made
-/// for; others have tangents if the source has. `rounds` tells that positions are about to be rounded.
+/// for; others have tangents if the source has. `rounds` tells that positions are about to be rounded, `morph` where
+/// wedges come to lie in the next level, if parts are to have that.
 ///
 /// # Errors
 /// [`Error::Internal`](crate::error::Error::Internal) if the level does not belong to the geometry.
@@ -32,9 +34,10 @@ pub(crate) fn level_parts(
     level: &Level,
     textures: &[PartTextures],
     rounds: bool,
+    morph: Option<&Morph<'_>>,
 ) -> Result<Vec<Option<LevelPart>>> {
     let sampler = SourceSampler::new(geometry, level, rounds);
-    let part = |(group, own): (usize, &PartTextures)| level_part(&sampler, group, *own);
+    let part = |(group, own): (usize, &PartTextures)| level_part(&sampler, group, *own, morph);
     let mut parts = textures.iter().enumerate().map(part).collect::<Result<Vec<_>>>()?;
     join_parts(&mut parts, textures);
     Ok(parts)
@@ -44,6 +47,7 @@ fn level_part(
     sampler: &SourceSampler<'_>,
     group: usize,
     textures: PartTextures,
+    morph: Option<&Morph<'_>>,
 ) -> Result<Option<LevelPart>> {
     let SourceSampler { geometry, level, .. } = *sampler;
     let corners = Corners::of_group(&level.mesh, group as u32);
@@ -81,6 +85,8 @@ fn level_part(
     if is_joined {
         names.retain(|name| *name != "TANGENT");
     }
+    // Those of a level that is simplified once more are of what it no longer is.
+    names.retain(|name| !name.starts_with(PREFIX));
     if set.is_some() && !has_tangents {
         names.push("TANGENT");
     }
@@ -89,16 +95,17 @@ fn level_part(
         names.push("TEXCOORD_0");
     }
     let made = |name: &str| (name.to_owned(), attribute(name, part, sampler, &vertices, &carried));
-    Ok(Some(LevelPart {
-        attributes: names.into_iter().map(made).collect(),
-        targets: (0..part.targets.len())
-            .map(|index| target(part, index, &vertex_sources))
-            .map(|own| {
-                own.into_iter().filter(|(name, _)| !(is_joined && name == "TANGENT")).collect()
-            })
-            .collect(),
-        indices: vertices.indices,
-    }))
+    let mut attributes: Vec<Named> = names.into_iter().map(made).collect();
+    let mut targets: Vec<Vec<Named>> = (0..part.targets.len())
+        .map(|index| target(part, index, &vertex_sources))
+        .map(|own| own.into_iter().filter(|(name, _)| !(is_joined && name == "TANGENT")).collect())
+        .collect();
+    if let Some(morph) = morph {
+        let own = (level, &vertices.wedges[..]);
+        attributes.extend(morph.attributes(geometry, part, own));
+        targets.extend(morph.target(geometry, part, own));
+    }
+    Ok(Some(LevelPart { attributes, targets, indices: vertices.indices }))
 }
 
 /// A morph target of a level's primitive.
@@ -184,10 +191,10 @@ fn attribute(
             float_elements(3, vertices.wedges.iter().flat_map(normal))
         }
         ("TANGENT", _) => float_elements(4, vertices.tangents.iter().flat_map(Vec4::to_array)),
-        ("COLOR_0", _) => {
-            let (components, component) = part.color.unwrap_or((4, ComponentType::F32));
-            quantize(rows(layout.color(), components), component)
-        }
+        ("COLOR_0", _) => color_elements(part, |components| {
+            let rows = vertices.wedges.iter().map(|wedge| &mesh.row(*wedge)[layout.color()..]);
+            rows.flat_map(move |row| row[..components].to_vec())
+        }),
         (_, Some(set)) if set < layout.uv_sets => rows(layout.uv(set), 2),
         _ => {
             let carried = carried.iter().find(|(own, _)| own == name);
@@ -196,7 +203,16 @@ fn attribute(
     }
 }
 
-fn float_elements(components: usize, values: impl Iterator<Item = f32>) -> Elements {
+/// Colors in the type of a part's own, from their values for so many components.
+pub(super) fn color_elements<I: Iterator<Item = f32>>(
+    part: &Part,
+    values: impl FnOnce(usize) -> I,
+) -> Elements {
+    let (components, component) = part.color.unwrap_or((4, ComponentType::F32));
+    quantize(float_elements(components, values(components)), component)
+}
+
+pub(super) fn float_elements(components: usize, values: impl Iterator<Item = f32>) -> Elements {
     Elements {
         bytes: values.flat_map(f32::to_le_bytes).collect(),
         component: ComponentType::F32,

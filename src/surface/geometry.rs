@@ -130,6 +130,14 @@ impl Geometry {
         }
     }
 
+    /// The position of the vertex that a wedge of the source stands for, in the space of its mesh.
+    pub(crate) fn source_position(&self, wedge: WedgeId) -> Vec3 {
+        let vertex = self.welded.wedge_vertices[wedge.index()];
+        let part = self.part_of(vertex);
+        let own = part.local.as_ref().map(|own| own.positions[(vertex - part.first) as usize]);
+        own.unwrap_or_else(|| self.welded.vertex_position(wedge))
+    }
+
     /// The normal of a level's wedge in the space of its mesh, as it was there if it has not turned.
     pub(crate) fn normal(&self, level: &Level, wedge: WedgeId) -> Vec3 {
         let (source, at) = (level.wedge_sources[wedge], level.mesh.layout.normal());

@@ -3,6 +3,7 @@
 
 pub(crate) mod log;
 pub(crate) mod mesh;
+pub(crate) mod morph;
 pub(crate) mod order;
 pub(crate) mod record;
 mod replay;

@@ -9,8 +9,8 @@ use glam::Vec3;
 use proptest::prelude::*;
 use rayon::ThreadPoolBuilder;
 use seamwise_attr::{
-    Extracted, Layout, Level, Mesh, Options, PointId, Polish, ProgressiveMesh, Recorded, Shared,
-    Vertices, WedgeId, polish_chain, record_chain, record_together, simplify_chain,
+    Extracted, Layout, Level, Mesh, MorphEnd, Options, PointId, Polish, ProgressiveMesh, Recorded,
+    Shared, Vertices, WedgeId, polish_chain, record_chain, record_together, simplify_chain,
     simplify_together, weld,
 };
 
@@ -258,4 +258,83 @@ fn surfaces_that_share_a_budget_go_down_in_one_order() {
     }
     scene.seek(0);
     assert!(scene.meshes().iter().zip(&meshes).all(|(own, source)| own.state() == source));
+}
+
+/// What each wedge of a level is once it has come to lie in the next.
+fn ended(level: &Level, next: &Level, ends: &[MorphEnd]) -> Vec<(Vec3, Vec<u32>)> {
+    let bits = |row: &[f32]| row.iter().map(|x| x.to_bits()).collect();
+    let end = |(wedge, end): (usize, &MorphEnd)| match *end {
+        MorphEnd::Wedge(end) => {
+            let point = next.mesh.wedge_points[end];
+            (next.mesh.positions[point], bits(next.mesh.row(end)))
+        }
+        MorphEnd::Place(place) => (place, bits(level.mesh.row(WedgeId::new(wedge)))),
+    };
+    ends.iter().enumerate().map(end).collect()
+}
+
+/// Triangles that have an area, by their group and all that their corners have, the first one first.
+fn drawn(mesh: &Mesh, wedges: &[(Vec3, Vec<u32>)]) -> Vec<(u32, Vec<(Vec<u32>, Vec<u32>)>)> {
+    let mut all = Vec::new();
+    for (triangle, &group) in mesh.triangles.iter().zip(&mesh.groups) {
+        let [a, b, c] = triangle.map(|wedge| wedges[wedge.index()].0);
+        if a == b || b == c || c == a {
+            continue;
+        }
+        let corner = |wedge: &WedgeId| {
+            let (position, row) = &wedges[wedge.index()];
+            (position.to_array().map(|x| (x + 0.0).to_bits()).to_vec(), row.clone())
+        };
+        let mut corners: Vec<_> = triangle.iter().map(corner).collect();
+        let first = (0..3).min_by_key(|&at| &corners[at]).expect("three");
+        corners.rotate_left(first);
+        all.push((group, corners));
+    }
+    all.sort_unstable();
+    all
+}
+
+/// Fails unless each level that has come to lie in the next is the next, to the bit.
+fn assert_morphs_end(source: &Mesh, levels: &[Level], record: &ProgressiveMesh) {
+    let mut record = record.clone();
+    let source = Level {
+        mesh: source.clone(),
+        point_sources: (0..source.positions.len()).map(PointId::new).collect(),
+        wedge_sources: (0..source.wedge_points.len()).map(WedgeId::new).collect(),
+        target: 0,
+        error: 0.0,
+        stopped: None,
+    };
+    let all: Vec<&Level> = [&source].into_iter().chain(levels).collect();
+    let places: Vec<usize> = [0].into_iter().chain(record.levels().to_vec()).collect();
+    for (pair, places) in all.windows(2).zip(places.windows(2)) {
+        let ends = record.morph(pair[0], pair[1], places[0]..places[1]);
+        let still: Vec<MorphEnd> = (0..pair[1].mesh.wedge_points.len())
+            .map(|at| MorphEnd::Wedge(WedgeId::new(at)))
+            .collect();
+        let moved = drawn(&pair[0].mesh, &ended(pair[0], pair[1], &ends));
+        let next = drawn(&pair[1].mesh, &ended(pair[1], pair[1], &still));
+        assert!(moved == next, "{} triangles, not {}", moved.len(), next.len());
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    #[test]
+    fn a_level_comes_to_lie_in_the_next_to_the_bit(bytes in prop::collection::vec(any::<u8>(), 0..128)) {
+        let recipe = Recipe::read(&mut Unstructured::new(&bytes)).expect("zeros");
+        let Some((source, (recorded, _))) = recorded(&recipe) else { return Ok(()) };
+        assert_morphs_end(&source, &recorded.levels[0], &recorded.scene.meshes()[0]);
+    }
+}
+
+#[test]
+fn polished_levels_with_seams_and_groups_come_to_lie_in_the_next_to_the_bit() {
+    let source = hills(24);
+    let (options, done) = (Options::default(), AtomicUsize::new(0));
+    let mut recorded = record_chain(&source, &[600, 300, 100, 40], &options, &done).unwrap();
+    let levels = &mut recorded.levels[0];
+    polish_chain(&source, levels, &options, &Polish::default(), &done).unwrap();
+    assert_morphs_end(&source, levels, &recorded.scene.meshes()[0]);
 }
