@@ -6,9 +6,12 @@ use serde_json::{Map, Value};
 
 use super::asset::Asset;
 use super::primitive::Primitive;
-use crate::error::Result;
+use crate::error::{Error, Result};
 
 /// The accessors of primitives that are replaced which nothing else in the document refers to.
+///
+/// # Errors
+/// [`Error::Invalid`] if a primitive is malformed or one of them is not there.
 pub(crate) fn replaced_accessors(
     asset: &Asset,
     is_replaced: impl Fn(&Primitive) -> bool,
@@ -25,7 +28,11 @@ pub(crate) fn replaced_accessors(
     for list in ["animations", "skins", "nodes"] {
         collect_accessors(asset.json.get(list).unwrap_or(&Value::Null), &mut kept);
     }
-    Ok(replaced.difference(&kept).copied().collect())
+    let replaced: Vec<usize> = replaced.difference(&kept).copied().collect();
+    if let Some(own) = replaced.iter().find(|&&own| own >= asset.count("accessors")) {
+        return Err(Error::invalid("/meshes", format!("accessor {own} is not there")));
+    }
+    Ok(replaced)
 }
 
 /// Every accessor named in animations, skins and instanced nodes.
