@@ -98,7 +98,11 @@ pub use progressive::mesh::{Change, Collapse, Extracted, Moved, ProgressiveMesh}
 pub use progressive::morph::MorphEnd;
 pub use progressive::order::ProgressiveScene;
 pub use progressive::record::{Recorded, record_chain, record_together};
+pub use progressive::selective::camera::Camera;
+pub use progressive::selective::mesh::SelectiveMesh;
+pub use progressive::selective::refine::{Goal, Refined};
 pub use progressive::settle::Unsettled;
+pub use progressive::split::Split;
 pub use quadric::{Gradient, PointQuadric};
 pub use sample::{Sample, sample_surface};
 pub use sets::DisjointSets;

@@ -258,7 +258,7 @@ impl ProgressiveMesh {
         out
     }
 
-    fn apply(&mut self, at: usize) {
+    pub(super) fn apply(&mut self, at: usize) {
         let (start, end) = self.range(at);
         for &triangle in &self.triangles[start.triangles..end.triangles] {
             self.live[triangle] = false;
@@ -274,7 +274,7 @@ impl ProgressiveMesh {
         self.swap(at);
     }
 
-    fn undo(&mut self, at: usize) {
+    pub(super) fn undo(&mut self, at: usize) {
         let (start, end) = self.range(at);
         for &triangle in &self.triangles[start.triangles..end.triangles] {
             self.live[triangle] = true;

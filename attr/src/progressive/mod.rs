@@ -7,4 +7,6 @@ pub(crate) mod morph;
 pub(crate) mod order;
 pub(crate) mod record;
 mod replay;
+pub(crate) mod selective;
 pub(crate) mod settle;
+pub(crate) mod split;

@@ -1,0 +1,152 @@
+//! How many pixels an error spans where it is seen.
+
+use std::f32::consts::FRAC_PI_2;
+
+use glam::{DMat4, Mat3, Vec3};
+
+use super::bounds::Bounds;
+use crate::error::{Error, Result};
+
+/// The share that an error counts with where nothing of it is seen: outside of the picture, or facing away.
+/// Not 0, so that what comes into view is not at its coarsest.
+const UNSEEN: f32 = 0.1;
+
+/// The share that an error counts with on a silhouette, where it changes the outline.
+const SILHOUETTE: f32 = 2.0;
+
+/// An eye, and the picture that it sees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    eye: Vec3,
+    /// The directions of the picture: right, up and back, unit vectors.
+    axes: Mat3,
+    /// Tangents of half the field of view, across and upright.
+    tangents: [f32; 2],
+    /// Pixels that a length spans that is as far away as it is long.
+    pixels: f32,
+}
+
+impl Camera {
+    /// An eye that looks at a place, +y up. `field_of_view` is upright, in radians; the picture has so many pixels
+    /// across and upright.
+    ///
+    /// # Errors
+    /// [`Error::Options`] if nothing can be seen so.
+    pub fn new(eye: Vec3, target: Vec3, field_of_view: f32, size: [u32; 2]) -> Result<Self> {
+        let fail = |what: &str| Err(Error::Options { what: what.into() });
+        if !eye.is_finite() || !target.is_finite() || eye == target {
+            return fail("an eye must look at another place than its own");
+        }
+        if !(field_of_view > 0.0 && field_of_view < std::f32::consts::PI) || size.contains(&0) {
+            return fail(
+                "a field of view lies between 0 and 180 degrees, and a picture has pixels",
+            );
+        }
+        let back = (eye - target).normalize();
+        let up = if back.y.abs() < 0.999 { Vec3::Y } else { Vec3::Z };
+        let right = up.cross(back).normalize();
+        let tangent = (0.5 * field_of_view).tan();
+        let [width, height] = size.map(|pixels| pixels as f32);
+        Ok(Self {
+            eye,
+            axes: Mat3::from_cols(right, back.cross(right), back),
+            tangents: [tangent * width / height, tangent],
+            pixels: height / (2.0 * tangent),
+        })
+    }
+
+    /// The same camera in the space of a thing that a matrix brings into the world, as if that scaled alike in all
+    /// directions; none if nothing is left of it.
+    pub fn in_space(&self, world: &DMat4) -> Option<Self> {
+        let back = world.inverse();
+        if world.determinant() == 0.0 || !back.is_finite() {
+            return None;
+        }
+        let axis = |axis: Vec3| back.transform_vector3(axis.as_dvec3()).normalize().as_vec3();
+        let Mat3 { x_axis, y_axis, z_axis } = self.axes;
+        let axes = Mat3::from_cols(axis(x_axis), axis(y_axis), axis(z_axis));
+        Some(Self { eye: back.transform_point3(self.eye.as_dvec3()).as_vec3(), axes, ..*self })
+    }
+
+    /// The place of the eye.
+    pub fn eye(&self) -> Vec3 {
+        self.eye
+    }
+
+    /// Pixels that a length at a distance from the eye spans.
+    pub fn pixels_of(&self, length: f32, distance: f32) -> f32 {
+        self.pixels * length / distance
+    }
+
+    /// Whether a sphere is in the picture, in part at least.
+    pub fn sees(&self, center: Vec3, radius: f32) -> bool {
+        let [x, y, z] = (self.axes.transpose() * (center - self.eye)).to_array();
+        let inside = |x: f32, tangent: f32| {
+            (x.abs() + tangent * z) / (1.0 + tangent * tangent).sqrt() <= radius
+        };
+        z <= radius && inside(x, self.tangents[0]) && inside(y, self.tangents[1])
+    }
+
+    /// Pixels that what a collapse leaves is off by at most, counted by how it is seen. No distance is less
+    /// than `near`.
+    pub(crate) fn error(&self, bounds: &Bounds, near: f32) -> f32 {
+        let way = bounds.center - self.eye;
+        let distance = way.length();
+        let error = self.pixels * bounds.error / (distance - bounds.radius).max(near);
+        if !self.sees(bounds.center, bounds.radius) {
+            return UNSEEN * error;
+        }
+        if bounds.radius >= distance {
+            return error;
+        }
+        // Angles between ways to it and its normals: within slack of this one.
+        let angle = (way.dot(bounds.axis) / distance).clamp(-1.0, 1.0).acos();
+        let slack = bounds.angle + (bounds.radius / distance).asin();
+        match () {
+            () if angle + slack < FRAC_PI_2 => UNSEEN * error,
+            () if angle - slack < FRAC_PI_2 => SILHOUETTE * error,
+            () => error,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn camera() -> Camera {
+        let size = [200, 100];
+        Camera::new(Vec3::new(0.0, 0.0, 5.0), Vec3::ZERO, FRAC_PI_2, size).expect("a view")
+    }
+
+    #[test]
+    fn a_picture_ends_at_its_edges() {
+        let camera = camera();
+        assert!(camera.sees(Vec3::ZERO, 0.0));
+        assert!(camera.sees(Vec3::new(9.9, 4.9, 0.0), 0.0), "the corner of the picture");
+        assert!(!camera.sees(Vec3::new(10.1, 0.0, 0.0), 0.0) && !camera.sees(Vec3::Y * 5.1, 0.0));
+        assert!(camera.sees(Vec3::Y * 5.1, 0.1));
+        assert!(!camera.sees(Vec3::Z * 6.0, 0.9), "behind the eye");
+    }
+
+    #[test]
+    fn an_error_counts_by_distance_and_by_how_it_faces() {
+        let camera = camera();
+        let of = |center: Vec3, axis: Vec3| {
+            let bounds = Bounds { error: 0.1, center, radius: 0.0, axis, angle: 0.1 };
+            camera.error(&bounds, 0.01)
+        };
+        assert!((of(Vec3::ZERO, Vec3::Z) - 1.0).abs() < 1e-5, "50 pixels a unit at distance 1");
+        assert!((of(Vec3::Z * -5.0, Vec3::Z) - 0.5).abs() < 1e-5);
+        assert!((of(Vec3::ZERO, Vec3::X) - SILHOUETTE).abs() < 1e-5);
+        assert!((of(Vec3::ZERO, Vec3::NEG_Z) - UNSEEN).abs() < 1e-5);
+        assert!((of(Vec3::Z * 6.0, Vec3::Z) - 5.0 * UNSEEN).abs() < 1e-5);
+    }
+
+    #[test]
+    fn cameras_of_nothing_are_refused() {
+        assert!(Camera::new(Vec3::ZERO, Vec3::ZERO, 1.0, [1, 1]).is_err());
+        assert!(Camera::new(Vec3::X, Vec3::ZERO, 4.0, [1, 1]).is_err());
+        assert!(Camera::new(Vec3::X, Vec3::ZERO, 1.0, [0, 1]).is_err());
+    }
+}

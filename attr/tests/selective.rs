@@ -1,0 +1,188 @@
+//! Refinement by what is seen: no crack, no flip, errors as they are told, and fine where the eye is near.
+
+use std::collections::HashMap;
+use std::sync::atomic::AtomicUsize;
+use std::time::Instant;
+
+use glam::Vec3;
+use seamwise_attr::{
+    Camera, Extracted, Goal, Mesh, Options, PointId, SelectiveMesh, TriangleId, Vertices,
+    record_chain, weld,
+};
+
+/// A hilly square of n × n squares, 1 a side, in the plane of x and z.
+fn terrain(n: usize) -> Mesh {
+    let height = |x: f32, z: f32| {
+        let mut sum = 0.0;
+        let (mut size, mut share) = (5.0f32, 0.06f32);
+        for octave in 0..6 {
+            let turn = octave as f32 * 1.3;
+            sum += share * (size * x + turn).sin() * (size * z - 2.0 * turn).cos();
+            (size, share) = (2.1 * size, 0.45 * share);
+        }
+        sum
+    };
+    let mut vertices = Vertices::default();
+    for row in 0..=n {
+        for column in 0..=n {
+            let (x, z) = (column as f32 / n as f32, row as f32 / n as f32);
+            vertices.positions.push(Vec3::new(x, height(x, z), z));
+        }
+    }
+    for row in 0..n {
+        for column in 0..n {
+            let a = (row * (n + 1) + column) as u32;
+            let below = a + n as u32 + 1;
+            vertices.triangles.extend([[a, below, a + 1], [a + 1, below, below + 1]]);
+        }
+    }
+    vertices.groups = vec![0; vertices.triangles.len()];
+    weld(&vertices).expect("a terrain").mesh
+}
+
+fn selective(source: &Mesh, coarsest: usize) -> SelectiveMesh {
+    let options = Options::default();
+    let recorded = record_chain(source, &[coarsest], &options, &AtomicUsize::new(0)).unwrap();
+    SelectiveMesh::new(recorded.scene.meshes()[0].clone())
+}
+
+/// An eye at the edge that looks across.
+fn camera(way: f32) -> Camera {
+    let eye = Vec3::new(0.3 + 0.4 * way, 0.2, -0.02 + 0.5 * way);
+    let target = eye + Vec3::new(0.4 - 0.8 * way, -0.15, 1.0);
+    Camera::new(eye, target, 0.9, [1280, 720]).expect("a camera")
+}
+
+/// Fails unless a mesh is sound, faces up everywhere, and its only border is that of the source.
+fn assert_whole(own: &Extracted, source: &Mesh) {
+    own.mesh.validate().expect("a sound mesh");
+    let border = |mesh: &Mesh| {
+        let mut edges: HashMap<[PointId; 2], i32> = HashMap::new();
+        for triangle in 0..mesh.triangles.len() {
+            let [a, b, c] = mesh.triangle_points(triangle);
+            assert!(a != b && b != c && c != a, "two corners at one point");
+            for [a, b] in [[a, b], [b, c], [c, a]] {
+                *edges.entry([a, b]).or_default() += 1;
+                assert_eq!(edges[&[a, b]], 1, "two triangles on one side of an edge");
+            }
+        }
+        let is_border = |own: &&[PointId; 2]| !edges.contains_key(&[own[1], own[0]]);
+        edges.keys().filter(is_border).copied().collect::<Vec<_>>()
+    };
+    // A crack would be a loop more, or a point with two.
+    let next: HashMap<PointId, PointId> = border(&own.mesh).iter().map(|&[a, b]| (a, b)).collect();
+    let start = *next.keys().next().expect("a border");
+    let (mut at, mut length) = (next[&start], 1);
+    while at != start {
+        (at, length) = (next[&at], length + 1);
+    }
+    assert_eq!(length, border(&own.mesh).len(), "a crack");
+    for triangle in 0..own.mesh.triangles.len() {
+        let [a, b, c] = own.mesh.triangle_positions(triangle);
+        assert!((b - a).cross(c - a).y > 0.0, "triangle {triangle} has flipped");
+    }
+    assert!(own.mesh.triangles.len() <= source.triangles.len());
+}
+
+/// The largest error in pixels of a point of the source in the picture, by brute force.
+fn seen_error(source: &Mesh, own: &Mesh, camera: &Camera) -> f32 {
+    let corners = own.triangles.iter().map(|t| t.map(|w| own.wedge_points[w].0));
+    let surface = seamwise_attr::Surface::new(&own.positions, corners);
+    let mut most = 0.0f32;
+    for &position in &source.positions {
+        if !camera.sees(position, 0.0) {
+            continue;
+        }
+        let nearest = surface.closest_point(position).expect("a point");
+        let off = nearest.point.distance(position);
+        most = most.max(camera.pixels_of(off, camera.eye().distance(position)));
+    }
+    most
+}
+
+#[test]
+fn a_walk_shows_sound_meshes_whose_errors_are_as_told() {
+    let source = terrain(60);
+    let mut mesh = selective(&source, 60);
+    for frame in 0..12 {
+        let camera = camera(frame as f32 / 11.0);
+        let goal = match frame % 3 {
+            0 => Goal { triangles: usize::MAX, pixels: 2.0 },
+            1 => Goal { triangles: 900, pixels: 0.0 },
+            _ => Goal { triangles: 2000, pixels: 1.0 },
+        };
+        let refined = mesh.refine_for(&[camera], goal);
+        let own = mesh.extract();
+        assert_eq!(own.mesh.triangles.len(), mesh.triangles());
+        assert!(mesh.triangles() <= goal.triangles);
+        assert_whole(&own, &source);
+        if goal.triangles == usize::MAX {
+            assert!(refined.pixels <= goal.pixels);
+        }
+        let seen = seen_error(&source, &own.mesh, &camera);
+        // What faces away counts a tenth, and hills hide some of it; none is off by more than ten times.
+        assert!(seen <= 10.0 * refined.pixels.max(0.1), "{seen} of {refined:?}");
+    }
+}
+
+#[test]
+fn all_undone_is_the_source_and_all_done_the_coarsest() {
+    let source = terrain(20);
+    let mut mesh = selective(&source, 40);
+    let coarsest = mesh.extract();
+    let camera = camera(0.0);
+    mesh.refine_for(&[camera], Goal { triangles: usize::MAX, pixels: -1.0 });
+    assert!(mesh.state() == &source && mesh.triangles() == source.triangles.len());
+    let all = (0..source.triangles.len()).map(TriangleId::new);
+    assert!(all.clone().all(|own| mesh.is_live(own) && mesh.error_at(own) == 0.0));
+    mesh.refine_for(&[camera], Goal { triangles: 0, pixels: f32::INFINITY });
+    assert!(mesh.extract() == coarsest);
+    // The way there does not matter, but for what stays fine a little longer.
+    let goal = Goal { triangles: usize::MAX, pixels: 3.0 };
+    mesh.refine_for(&[camera], goal);
+    let first = mesh.extract();
+    mesh.refine_for(&[camera], goal);
+    assert!(mesh.extract() == first, "nothing changes for the same picture");
+}
+
+/// The numbers of a large terrain: `cargo test --release -p seamwise-attr --test selective -- --ignored --nocapture`.
+#[test]
+#[ignore = "takes a minute"]
+fn a_terrain_of_half_a_million_triangles() {
+    let source = terrain(500);
+    let start = Instant::now();
+    let mut mesh = selective(&source, 1000);
+    println!("{} triangles, made ready in {:.1?}", source.triangles.len(), start.elapsed());
+    let eye = camera(0.0);
+    let budget = Goal { triangles: 10_000, pixels: 0.0 };
+    let refined = mesh.refine_for(&[eye], budget);
+    let own = mesh.extract();
+    assert_whole(&own, &source);
+    let mut thirds = [0; 3];
+    for triangle in 0..own.mesh.triangles.len() {
+        let middle = own.mesh.triangle_positions(triangle).iter().sum::<Vec3>() / 3.0;
+        thirds[((middle.z * 3.0) as usize).min(2)] += 1;
+    }
+    let seen = seen_error(&source, &own.mesh, &eye);
+    println!("{} triangles by thirds {thirds:?}; {refined:?}, seen {seen}", mesh.triangles());
+    assert!(thirds[0] >= 3 * thirds[2]);
+    for pixels in [4.0, 2.0, 1.0] {
+        let goal = Goal { triangles: usize::MAX, pixels };
+        let refined = mesh.refine_for(&[eye], goal);
+        let seen = seen_error(&source, &mesh.extract().mesh, &eye);
+        println!("{pixels} pixels: {} triangles, {refined:?}, seen {seen}", mesh.triangles());
+    }
+    mesh.refine_for(&[eye], budget);
+    let (mut most, mut sum, mut steps) = (0.0f64, 0.0, 0);
+    for frame in 1..=300 {
+        let start = Instant::now();
+        let refined = mesh.refine_for(&[camera(frame as f32 / 300.0)], budget);
+        let time = start.elapsed().as_secs_f64() * 1e3;
+        (most, sum) = (most.max(time), sum + time);
+        steps += refined.splits + refined.collapses;
+        if frame % 50 == 0 {
+            assert_whole(&mesh.extract(), &source);
+        }
+    }
+    println!("300 frames: {:.2} ms, {most:.2} at most; {} steps a frame", sum / 300.0, steps / 300);
+}
