@@ -39,3 +39,11 @@ export class SeamwiseLOD extends LOD {
   /** Distance from a camera to the middle of what is shown. */
   distance(camera: Camera): number;
 }
+
+/** What geomorphs are blended by: 0 shows the level, 1 the next coarser one. */
+export interface GeomorphTime {
+  value: number;
+}
+
+/** Gives the meshes below an object that say where their vertices come to lie in the next level (`bake --geomorph`) materials that blend; returns what they blend by. */
+export function blendGeomorphs(object: Object3D, time?: GeomorphTime): GeomorphTime;
