@@ -32,6 +32,7 @@ fn run(cli: cli::Cli) -> anyhow::Result<usize> {
         cli::Command::Bake(args) => commands::bake(args, cli.common),
         cli::Command::Repair(args) => commands::repair(args, cli.common),
         cli::Command::Extract(args) => commands::extract(args, cli.common),
+        cli::Command::Refine(args) => commands::refine(args, cli.common),
         cli::Command::Evaluate(args) => commands::evaluate(args, cli.common),
         cli::Command::Select(args) => commands::select(args),
         cli::Command::Inspect(args) => commands::inspect(args, cli.common),

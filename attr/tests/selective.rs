@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use glam::Vec3;
 use seamwise_attr::{
-    Camera, Extracted, Goal, Mesh, Options, PointId, SelectiveMesh, TriangleId, Vertices,
+    Camera, Extracted, Goal, Mesh, Options, PointId, SelectiveMesh, Surface, TriangleId, Vertices,
     record_chain, weld,
 };
 
@@ -87,7 +87,7 @@ fn assert_whole(own: &Extracted, source: &Mesh) {
 /// The largest error in pixels of a point of the source in the picture, by brute force.
 fn seen_error(source: &Mesh, own: &Mesh, camera: &Camera) -> f32 {
     let corners = own.triangles.iter().map(|t| t.map(|w| own.wedge_points[w].0));
-    let surface = seamwise_attr::Surface::new(&own.positions, corners);
+    let surface = Surface::new(&own.positions, corners);
     let mut most = 0.0f32;
     for &position in &source.positions {
         if !camera.sees(position, 0.0) {
@@ -98,6 +98,28 @@ fn seen_error(source: &Mesh, own: &Mesh, camera: &Camera) -> f32 {
         most = most.max(camera.pixels_of(off, camera.eye().distance(position)));
     }
     most
+}
+
+/// The luminance of a matt surface that the first camera sees, by rays.
+fn lit(mesh: &Mesh) -> Vec<f32> {
+    let corners = mesh.triangles.iter().map(|t| t.map(|w| mesh.wedge_points[w].0));
+    let surface = Surface::new(&mesh.positions, corners);
+    let (size, tangent, light) =
+        ([480, 270], (0.45f32).tan(), Vec3::new(0.5, 0.6, -0.6).normalize());
+    let back = -Vec3::new(0.4, -0.15, 1.0).normalize();
+    let right = Vec3::Y.cross(back).normalize();
+    let up = back.cross(right);
+    let pixel = |at: usize| {
+        let [x, y] = [at % size[0], at / size[0]].map(|x| x as f32 + 0.5);
+        let [x, y] = [2.0 * x - size[0] as f32, size[1] as f32 - 2.0 * y];
+        let way = tangent / size[1] as f32 * (x * right + y * up) - back;
+        let hit = surface.first_hit(camera(0.0).eye(), way, f32::INFINITY);
+        hit.map_or(0.0, |hit| {
+            let [a, b, c] = mesh.triangle_positions(hit.triangle.index());
+            (b - a).cross(c - a).normalize().dot(light).max(0.0)
+        })
+    };
+    (0..size[0] * size[1]).map(pixel).collect()
 }
 
 #[test]
@@ -163,6 +185,15 @@ fn a_terrain_of_half_a_million_triangles() {
         let middle = own.mesh.triangle_positions(triangle).iter().sum::<Vec3>() / 3.0;
         thirds[((middle.z * 3.0) as usize).min(2)] += 1;
     }
+    let uniform =
+        record_chain(&source, &[10_000], &Options::default(), &AtomicUsize::new(0)).unwrap();
+    let shares = [&own.mesh, &uniform.levels[0][0].mesh].map(|mesh| {
+        let (all, off) = (lit(&source), lit(mesh));
+        let square: f32 = all.iter().zip(&off).map(|(a, b)| (a - b) * (a - b)).sum();
+        (square / all.len() as f32).sqrt()
+    });
+    println!("luminance off by {shares:?}, {:.2} of the uniform level's", shares[0] / shares[1]);
+    assert!(shares[0] <= 0.8 * shares[1]);
     let seen = seen_error(&source, &own.mesh, &eye);
     println!("{} triangles by thirds {thirds:?}; {refined:?}, seen {seen}", mesh.triangles());
     assert!(thirds[0] >= 3 * thirds[2]);

@@ -12,6 +12,7 @@ mod look;
 mod output;
 mod quadrics;
 mod reading;
+mod refine;
 mod repair;
 mod report;
 mod shell;
@@ -31,6 +32,7 @@ pub(crate) use extract::ExtractArgs;
 pub(crate) use look::{InspectArgs, SelectArgs};
 pub(crate) use quadrics::QuadricsArgs;
 pub(crate) use reading::ReadingArgs;
+pub(crate) use refine::RefineArgs;
 pub(crate) use repair::RepairArgs;
 pub(crate) use report::ReportArgs;
 pub(crate) use shell::{CompletionsArgs, ManArgs};
@@ -60,6 +62,8 @@ pub(crate) enum Command {
     Repair(RepairArgs),
     /// Make a level of any size of a progressive file.
     Extract(ExtractArgs),
+    /// Make a progressive file fine where an eye looks closely.
+    Refine(RefineArgs),
     /// Say how far models are from a reference.
     Evaluate(EvaluateArgs),
     /// Say what an asset is made of, and where its atlases would bleed.

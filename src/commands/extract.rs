@@ -45,7 +45,9 @@ pub(crate) fn extract(args: &ExtractArgs, common: Common) -> Result<usize> {
     let share = 100.0 * *triangles as f64 / (*finest).max(1) as f64;
     say(
         common.quiet,
-        &format!("{triangles} of {finest} triangles, {share:.1} %, error {error:.3e}\n"),
+        &format!(
+            "{triangles} of {finest} triangles, {share:.1} %, error {error:.3e} in units of the meshes\n"
+        ),
     )?;
     Ok(0)
 }

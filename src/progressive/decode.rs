@@ -1,7 +1,10 @@
 //! Splits from blocks, as many as are asked for or are there.
 
+use seamwise_attr::Split;
+
 use super::blocks::{Damage, Reader};
 use super::header::{Form, Header};
+use super::recorded::Before;
 use super::script::{ERROR, SPAN, STEP, Symbols, TRIANGLES};
 use super::splits::ReadValues;
 use super::surface::Surface;
@@ -27,6 +30,21 @@ pub(super) struct Decoded {
     pub(super) damage: Option<Damage>,
     /// What follows the splits, if all of them are done.
     pub(super) rest: Option<usize>,
+    /// The splits of each surface, if they are recorded.
+    recorded: Option<Vec<Vec<Split>>>,
+}
+
+/// As [`read_splits`], with all splits of each surface.
+pub(super) fn read_recorded(
+    header: &Header,
+    blocks: &[u8],
+    fineness: Fineness,
+    most: usize,
+) -> Result<(Decoded, Vec<Vec<Split>>), Damage> {
+    let record = Some(vec![Vec::new(); header.surfaces.len()]);
+    let mut read = read(header, blocks, (fineness, record), most)?;
+    let splits = read.recorded.take().unwrap_or_default();
+    Ok((read, splits))
 }
 
 /// Reads splits until a level is as fine as it is to be. `most` bytes may be unpacked.
@@ -39,17 +57,27 @@ pub(super) fn read_splits(
     fineness: Fineness,
     most: usize,
 ) -> Result<Decoded, Damage> {
+    read(header, blocks, (fineness, None), most)
+}
+
+fn read(
+    header: &Header,
+    blocks: &[u8],
+    (fineness, recorded): (Fineness, Option<Vec<Vec<Split>>>),
+    most: usize,
+) -> Result<Decoded, Damage> {
     let (forms, columns) = header.forms();
     let (mut first, mut at) = Reader::unpack(blocks, columns, most)?;
     let mut surfaces = Vec::new();
     for form in &forms {
         let mut surface = Surface::new(form.layout, form.strides.clone());
-        split(&mut surface, form, &mut first)?;
+        split(&mut surface, form, &mut first, None)?;
         surfaces.push(surface);
     }
     let triangles = surfaces.iter().map(|own| own.triangles.len() as u64).sum();
     let (error, splits) = (header.error, 0);
-    let mut out = Decoded { surfaces, triangles, splits, error, damage: None, rest: None };
+    let (damage, rest) = (None, None);
+    let mut out = Decoded { surfaces, triangles, splits, error, damage, rest, recorded };
     let mut left = most;
     while out.splits < header.splits && !out.is_fine(fineness, 0) {
         let (reader, length) = match Reader::unpack(&blocks[at..], columns, left) {
@@ -112,7 +140,8 @@ impl Decoded {
             if self.is_fine(fineness, next) {
                 return Ok(false);
             }
-            split(&mut self.surfaces[index], &forms[index], &mut from)?;
+            let record = self.recorded.as_mut().map(|all| (&mut all[index], self.error));
+            split(&mut self.surfaces[index], &forms[index], &mut from, record)?;
             (self.triangles, self.splits) = (self.triangles + next, self.splits + 1);
             let bits = self.error.to_bits().checked_sub(from.next(ERROR)?);
             self.error = f32::from_bits(bits.ok_or(Damage::Changed)?);
@@ -121,7 +150,17 @@ impl Decoded {
     }
 }
 
-fn split(surface: &mut Surface, form: &Form, from: &mut Reader) -> Result<(), Damage> {
+fn split(
+    surface: &mut Surface,
+    form: &Form,
+    from: &mut Reader,
+    record: Option<(&mut Vec<Split>, f32)>,
+) -> Result<(), Damage> {
     let changes = surface.split(from)?;
-    surface.place(&changes, &mut ReadValues { from, form })
+    let before = record.is_some().then(|| Before::of(surface, &changes));
+    surface.place(&changes, &mut ReadValues { from, form })?;
+    if let (Some((all, error)), Some(before)) = (record, before) {
+        all.push(before.split(surface, &changes, error));
+    }
+    Ok(())
 }

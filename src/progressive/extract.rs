@@ -78,7 +78,8 @@ pub fn extract(bytes: &[u8], fineness: Fineness, options: ReadOptions) -> Result
     Ok(Extracted { asset, triangles, coarsest, finest, error, missed })
 }
 
-fn told(damage: Damage) -> &'static str {
+/// What is wrong with a file, in words.
+pub(super) fn told(damage: Damage) -> &'static str {
     match damage {
         Damage::Truncated => "the file ends before its last split",
         Damage::Changed => "a block of splits is damaged",
@@ -86,15 +87,15 @@ fn told(damage: Damage) -> &'static str {
 }
 
 /// A progressive file taken apart.
-struct Container<'a> {
-    header: Header,
+pub(super) struct Container<'a> {
+    pub(super) header: Header,
     /// The document without its splits.
-    asset: Asset,
-    blocks: &'a [u8],
+    pub(super) asset: Asset,
+    pub(super) blocks: &'a [u8],
 }
 
 impl<'a> Container<'a> {
-    fn read(bytes: &'a [u8]) -> Result<Self> {
+    pub(super) fn read(bytes: &'a [u8]) -> Result<Self> {
         let [document, buffer] = chunks(bytes)?;
         let mut json: Value = serde_json::from_slice(document)
             .map_err(|error| Error::invalid("its JSON", error.to_string()))?;

@@ -11,6 +11,8 @@ pub mod extract;
 pub mod format;
 mod header;
 mod parts;
+mod recorded;
+pub mod refine;
 mod script;
 mod source;
 mod splits;

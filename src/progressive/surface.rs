@@ -65,6 +65,9 @@ pub(super) struct Changes {
     pub(super) first_point: u32,
     pub(super) moved: Vec<u32>,
     pub(super) wedges: Vec<NewWedge>,
+    /// Corners with their wedges after and before.
+    pub(super) corners: Vec<[u32; 3]>,
+    pub(super) first_triangle: usize,
 }
 
 /// A wedge that has come.
@@ -147,7 +150,7 @@ impl Surface {
         for &wedge in &local.moved {
             self.wedge_points[wedge as usize] = self.point(from, MOVED, &local)?;
         }
-        let mut wedges = Vec::new();
+        let (mut wedges, mut corners) = (Vec::new(), Vec::new());
         for &corner in &local.corners {
             let symbol = from.next(CORNERS)?;
             let own = self.corner(corner);
@@ -166,6 +169,7 @@ impl Surface {
                 return Err(Damage::Changed);
             }
             self.triangles[corner as usize / 3][corner as usize % 3] = wedge;
+            corners.push([corner, wedge, own]);
         }
         let first = self.triangles.len();
         for _ in 0..count {
@@ -180,7 +184,8 @@ impl Surface {
             let point = self.wedge_points[self.corner(corner) as usize];
             self.corners[point as usize].push(corner);
         }
-        Ok(Changes { center, first_point: local.first_point, moved: local.moved, wedges })
+        let (moved, first_point) = (local.moved, local.first_point);
+        Ok(Changes { center, first_point, moved, wedges, corners, first_triangle: first })
     }
 
     fn triangle(

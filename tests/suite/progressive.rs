@@ -169,3 +169,36 @@ fn real_assets_come_back() {
         assert_whole(name, &source, &file);
     }
 }
+
+#[test]
+fn a_file_is_refined_where_an_eye_looks() {
+    use glam::Vec3;
+    use seamwise::progressive::refine::{RefinedScene, camera};
+    use seamwise_attr::Goal;
+
+    for (name, build) in assets::all() {
+        let bytes = build.glb();
+        let options = BakeOptions { targets: Targets::Ratios(vec![0.5, 0.2]), ..unmeasured() };
+        let file = progressive(name, &bytes, &options);
+        let mut scene = RefinedScene::read(&file, ReadOptions::default()).expect("a scene");
+        let [coarsest, finest] = triangles(&file).expect("counts");
+        assert_eq!(scene.source_triangles() as u64, finest, "{name}");
+        let mut random = Random(5);
+        for _ in 0..8 {
+            let place = |random: &mut Random| {
+                let x = [0; 3].map(|_| random.below(100) as f32 / 20.0 - 2.5);
+                Vec3::from(x)
+            };
+            let eye = place(&mut random);
+            let camera = camera(eye, eye + Vec3::ONE, 60.0, [640, 480]).expect("a camera");
+            let most = coarsest as usize + random.below((finest - coarsest) as usize + 1);
+            let own = scene.refine_for(&camera, Goal { triangles: most, pixels: 0.0 });
+            assert!(own.triangles <= most, "{name}: {} of {most}", own.triangles);
+            let glb = to_glb(&scene.asset().expect("a document")).expect("a file");
+            let back = read_bytes(&glb, Path::new("")).expect("read");
+            assert!(count(&back) >= own.triangles as u64, "{name}");
+            let all = Goal { triangles: usize::MAX, pixels: 0.1 };
+            assert!(scene.refine_for(&camera, all).pixels <= 0.1, "{name}");
+        }
+    }
+}

@@ -100,9 +100,10 @@ fn sphere() -> Vec<u8> {
 fn help_fits_eighty_columns_and_its_short_form_one_screen() {
     let mut session = Session::new(80);
     session.run("-h");
-    for subcommand in
-        ["bake", "repair", "extract", "evaluate", "view", "quadrics", "report", "inspect", "select"]
-    {
+    for subcommand in [
+        "bake", "repair", "extract", "refine", "evaluate", "view", "quadrics", "report", "inspect",
+        "select",
+    ] {
         let short = session.run(&format!("{subcommand} -h"));
         assert!(short.lines().count() <= 50, "{subcommand}: {} lines", short.lines().count());
     }
@@ -110,6 +111,7 @@ fn help_fits_eighty_columns_and_its_short_form_one_screen() {
         "bake",
         "repair",
         "extract",
+        "refine",
         "evaluate",
         "view",
         "quadrics",

@@ -1,0 +1,183 @@
+//! A progressive file as fine as eyes ask for.
+
+use std::path::Path;
+
+use glam::{DMat4, Vec3};
+use seamwise_attr::{
+    Camera, Goal, Mesh, PointId, ProgressiveMesh, SelectiveMesh, TriangleId, WedgeId,
+};
+
+use super::decode::{Fineness, read_recorded};
+use super::document::with_parts;
+use super::extract::{Container, told};
+use super::format::EXTENSION;
+use super::header::Header;
+use super::parts::parts;
+use super::surface::Surface;
+use crate::document::asset::Asset;
+use crate::document::nodes::mesh_worlds;
+use crate::error::{Error, Result};
+use crate::export::glb::container;
+use crate::import::options::ReadOptions;
+use crate::import::read_bytes_with;
+
+/// A scene that is refined for one picture after the other.
+#[derive(Debug)]
+pub struct RefinedScene {
+    header: Header,
+    plain: Asset,
+    surfaces: Vec<Surface>,
+    meshes: Vec<SelectiveMesh>,
+    /// Per surface: where it is shown.
+    worlds: Vec<Vec<DMat4>>,
+    /// The error in pixels at which the number of triangles was found last.
+    pixels: f32,
+    /// The reason why it is not as fine as the source, if it is not.
+    pub missed: Option<&'static str>,
+}
+
+/// A scene after a refinement.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Refinement {
+    /// Triangles, in meshes each once.
+    pub triangles: usize,
+    /// The largest error in pixels, as it counts: see [`seamwise_attr::Refined`].
+    pub pixels: f32,
+    /// Collapses undone and done since the picture before.
+    pub splits: usize,
+    /// Those done.
+    pub collapses: usize,
+}
+
+/// Steps by which the error is found that gives a number of triangles over several surfaces.
+const SEARCH: usize = 12;
+
+/// The errors in pixels that are tried.
+const SMALLEST: f32 = 1e-4;
+const LARGEST: f32 = 1e7;
+
+impl RefinedScene {
+    /// Reads a progressive file, and looks at all of its splits.
+    ///
+    /// # Errors
+    /// As [`extract`](super::extract::extract).
+    pub fn read(bytes: &[u8], options: ReadOptions) -> Result<Self> {
+        let Container { header, asset, blocks } = Container::read(bytes)?;
+        let most = usize::try_from(options.memory_limit.bytes()).unwrap_or(usize::MAX) / 8;
+        let at = || format!("/extensions/{EXTENSION}");
+        let (read, splits) = read_recorded(&header, blocks, Fineness::Source, most)
+            .map_err(|damage| Error::invalid(at(), told(damage)))?;
+        let plain = read_bytes_with(&container(asset)?, Path::new(""), options)?;
+        let mut meshes = Vec::new();
+        for (surface, splits) in read.surfaces.iter().zip(&splits) {
+            let mesh = ProgressiveMesh::from_splits(mesh_of(surface), splits)
+                .map_err(|error| Error::invalid(at(), error.to_string()))?;
+            meshes.push(SelectiveMesh::new(mesh));
+        }
+        let worlds = mesh_worlds(&plain)?;
+        let shown = |own: &super::header::SurfaceHeader| {
+            let mesh = own.parts.first().map(|part| part.mesh);
+            mesh.and_then(|mesh| worlds.get(&mesh)).cloned().unwrap_or_default()
+        };
+        let worlds = header.surfaces.iter().map(shown).collect();
+        let missed = read.damage.map(told);
+        let surfaces = read.surfaces;
+        Ok(Self { header, plain, surfaces, meshes, worlds, pixels: 1.0, missed })
+    }
+
+    /// Triangles of the source.
+    pub fn source_triangles(&self) -> usize {
+        self.meshes.iter().map(SelectiveMesh::source_triangles).sum()
+    }
+
+    /// Refines for a camera in the world. A number of triangles counts for all surfaces together.
+    pub fn refine_for(&mut self, camera: &Camera, goal: Goal) -> Refinement {
+        let cameras: Vec<Vec<Camera>> = self
+            .worlds
+            .iter()
+            .map(|worlds| worlds.iter().filter_map(|world| camera.in_space(world)).collect())
+            .collect();
+        let mut all = Refinement { triangles: 0, pixels: 0.0, splits: 0, collapses: 0 };
+        if self.meshes.len() == 1 || goal.triangles == usize::MAX {
+            self.refine(&cameras, goal, &mut all);
+            return all;
+        }
+        let at = |pixels: f32| Goal { triangles: usize::MAX, pixels };
+        let (mut low, mut high) = (self.pixels, self.pixels);
+        let mut fits = |own: &mut Self, pixels: f32| {
+            own.refine(&cameras, at(pixels), &mut all) <= goal.triangles
+        };
+        while high < LARGEST && !fits(self, high) {
+            (low, high) = (high, high * 4.0);
+        }
+        while low > SMALLEST.max(goal.pixels) && fits(self, low) {
+            (low, high) = (low / 4.0, low);
+        }
+        for _ in 0..SEARCH {
+            let middle = (low * high).sqrt();
+            if fits(self, middle) { high = middle } else { low = middle }
+        }
+        self.pixels = high.max(goal.pixels);
+        self.refine(&cameras, at(self.pixels), &mut all);
+        all
+    }
+
+    fn refine(&mut self, cameras: &[Vec<Camera>], goal: Goal, all: &mut Refinement) -> usize {
+        (all.triangles, all.pixels) = (0, 0.0);
+        for (mesh, cameras) in self.meshes.iter_mut().zip(cameras) {
+            let own = mesh.refine_for(cameras, goal);
+            all.triangles += mesh.triangles();
+            all.pixels = all.pixels.max(own.pixels);
+            (all.splits, all.collapses) = (all.splits + own.splits, all.collapses + own.collapses);
+        }
+        all.triangles
+    }
+
+    /// The scene as it is now, as a document.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] if a primitive that it names is not there.
+    pub fn asset(&self) -> Result<Asset> {
+        let made = self.surfaces.iter().zip(&self.meshes).zip(&self.header.surfaces);
+        let made: Vec<_> = made
+            .map(|((surface, mesh), header)| parts(&shown(surface, mesh), header, &[]))
+            .collect();
+        with_parts(&self.plain, &self.header, &made, &[])
+    }
+}
+
+/// A camera in the world, as `seamwise refine` asks for it: degrees, and pixels across and upright.
+///
+/// # Errors
+/// [`Error::Options`] if nothing can be seen so.
+pub fn camera(eye: Vec3, target: Vec3, degrees: f32, size: [u32; 2]) -> Result<Camera> {
+    Camera::new(eye, target, degrees.to_radians(), size).map_err(|error| {
+        let seamwise_attr::Error::Options { what } = error else {
+            return Error::internal(error);
+        };
+        Error::Options { what }
+    })
+}
+
+fn mesh_of(surface: &Surface) -> Mesh {
+    let group = |triangle: &[u32; 3]| surface.wedge_groups[triangle[0] as usize];
+    Mesh {
+        positions: surface.positions.clone(),
+        wedge_points: surface.wedge_points.iter().map(|&own| PointId(own)).collect(),
+        layout: surface.layout,
+        attributes: surface.rows.clone(),
+        triangles: surface.triangles.iter().map(|own| own.map(WedgeId)).collect(),
+        groups: surface.triangles.iter().map(group).collect(),
+    }
+}
+
+/// A surface with the values and the triangles that are there.
+fn shown(surface: &Surface, mesh: &SelectiveMesh) -> Surface {
+    let (mut own, state) = (surface.clone(), mesh.state());
+    own.positions.clone_from(&state.positions);
+    own.wedge_points = state.wedge_points.iter().map(|point| point.0).collect();
+    own.rows.clone_from(&state.attributes);
+    let live = (0..state.triangles.len()).filter(|&at| mesh.is_live(TriangleId::new(at)));
+    own.triangles = live.map(|at| state.triangles[at].map(|wedge| wedge.0)).collect();
+    own
+}
