@@ -133,9 +133,9 @@ impl Sheet<'_> {
     }
 }
 
-/// The name and the triangles of a scene.
+/// The name of a scene and how many triangles it has.
 fn title(own: &Subject<'_>) -> String {
-    format!("{}: {} triangles", own.name, own.scene.triangles.len())
+    format!("{}, {}", own.name, own.scene.triangles.len())
 }
 
 fn lay_out(rows: &[Vec<Cell>], side: u32) -> RgbImage {

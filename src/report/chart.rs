@@ -93,9 +93,9 @@ impl Chart {
         self.series.iter().all(|series| series.points.is_empty())
     }
 
-    /// Whether all candidates are perfect, but for what the axis would not tell.
+    /// Whether all candidates are perfect, but for what nobody would see: a hundredth of a percent.
     pub(super) fn is_perfect(&self) -> bool {
-        let room = (1e-5 * self.ideal.abs()).max(1e-12);
+        let room = (1e-4 * self.ideal.abs()).max(1e-12);
         self.points().all(|point| (point.value - self.ideal).abs() <= room)
     }
 
