@@ -59,7 +59,7 @@ pub(super) fn choice_table(materials: &[MaterialTextures], width: usize) -> Stri
     let mut columns = vec![Column::new("texture", 0, names)];
     columns.extend((0..levels).map(|level| {
         let cell = |own: &Chosen<'_>| own.levels.get(level).map_or(String::new(), |own| pick(own));
-        Column::new(&format!("level {}", level + 1), 0, shown.iter().map(cell).collect())
+        Column::new(format!("level {}", level + 1), 0, shown.iter().map(cell).collect())
     }));
     let mut text = fit(columns, width);
     if chosen.len() > MOST_ROWS {
