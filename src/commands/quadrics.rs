@@ -8,6 +8,7 @@ use seamwise::export::disk::{refuse_overwriting, write_files};
 use seamwise::image_file::codec::encode;
 use seamwise::image_file::encoded::ImageFormat;
 use seamwise::quadrics::Quadrics;
+use seamwise::quadrics::glb::to_glb;
 
 use super::console::{check_files, read_warned, say};
 use crate::cli::{Common, QuadricsArgs};
@@ -27,7 +28,7 @@ pub(crate) fn quadrics(args: &QuadricsArgs, common: Common) -> Result<usize> {
     let asset = read_warned(&args.input, &args.reading, common).map_err(named)?;
     let own = Quadrics::of(&asset, args.level, args.epsilon, common.memory_limit).map_err(named)?;
     let bytes = if is_glb {
-        own.to_glb()?
+        to_glb(&own)?
     } else {
         let side = usize::from(args.resolution);
         let camera = match args.camera {

@@ -58,7 +58,11 @@ impl Lists {
     }
 }
 
-pub(super) fn to_glb(quadrics: &Quadrics) -> Result<Vec<u8>> {
+/// The surface and the ellipsoids as a .glb: instances of one sphere (`EXT_mesh_gpu_instancing`).
+///
+/// # Errors
+/// [`Error::Unsupported`](crate::error::Error::Unsupported) if it is larger than the container can hold.
+pub fn to_glb(quadrics: &Quadrics) -> Result<Vec<u8>> {
     let mut lists = Lists::default();
     let scene = &quadrics.scene;
     let surface = json!({"name": "surface", "primitives": [{

@@ -5,7 +5,7 @@
 //! is no matter of position alone. Where a surface is nearly flat the ellipsoid is a wide disc, at a tip it is
 //! small and round, along an edge it is a needle; a point of a plane or of a straight edge has none.
 
-mod glb;
+pub mod glb;
 
 use glam::{DAffine3, DMat4, DVec3};
 use rayon::prelude::*;
@@ -131,14 +131,6 @@ impl Quadrics {
         let reach = (REACH * (high - low).length()).max(REACH_IN_EDGES * mean_edge);
         let (solids, census) = solids(&placed, epsilon, reach);
         Ok(Self { scene, solids, epsilon, census })
-    }
-
-    /// The surface and the ellipsoids as a .glb: instances of one sphere (`EXT_mesh_gpu_instancing`).
-    ///
-    /// # Errors
-    /// [`Error::Unsupported`] if it is larger than the container can hold.
-    pub fn to_glb(&self) -> Result<Vec<u8>> {
-        glb::to_glb(self)
     }
 }
 

@@ -205,7 +205,7 @@ fn an_evaluation_writes_a_page_of_what_could_be_compared() {
     let dots = page.matches("class=\"dotted\"").count();
     assert_eq!(dots, 3, "one for each that the charts show");
     let charts = page.matches("<svg").count();
-    assert_eq!(page.matches("class=\"line\"").count(), charts, "one line, of the two levels");
+    assert_eq!(page.matches("class=\"line ").count(), charts, "one line, of the two levels");
 }
 
 fn view(folder: &Path, args: &[&str]) -> assert_cmd::assert::Assert {
