@@ -4,13 +4,12 @@ use std::path::Path;
 
 use anyhow::Result;
 use glam::Vec3;
+use seamwise_attr::{Camera, Goal};
 use serde::{Deserialize, Serialize};
 
-use seamwise::attr::{Camera, Goal};
 use seamwise::error::Error;
 use seamwise::export::disk::{refuse_overwriting, write_files};
 use seamwise::export::glb::to_glb;
-use seamwise::glam;
 use seamwise::import::options::ReadOptions;
 use seamwise::progressive::refine::{RefinedScene, camera};
 

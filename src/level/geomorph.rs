@@ -7,8 +7,8 @@
 use glam::Vec3;
 use seamwise_attr::{Level, MorphEnd, PointId, ProgressiveMesh, ProgressiveScene, WedgeId};
 
+use super::elements::{color_elements, float_elements};
 use super::lods::Lods;
-use super::primitives::{color_elements, float_elements};
 use crate::document::accessor::Named;
 use crate::document::asset::Asset;
 use crate::document::primitive::Primitive;

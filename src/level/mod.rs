@@ -1,5 +1,6 @@
 //! A level of detail as primitives: what a simplified surface becomes before any document holds it.
 
+mod elements;
 pub(crate) mod geomorph;
 mod join;
 pub(crate) mod lods;

@@ -5,10 +5,10 @@
 //! which graphics processors read them fastest.
 
 use glam::Vec4;
-use gltf::json::accessor::ComponentType;
 use rustc_hash::FxHashMap;
 use seamwise_attr::{Level, WedgeId};
 
+use super::elements::{color_elements, float_elements};
 use super::geomorph::{Morph, PREFIX};
 use super::join::join_parts;
 use super::part::LevelPart;
@@ -201,32 +201,4 @@ fn attribute(
             carried.expect("every attribute is made or carried").1.clone()
         }
     }
-}
-
-/// Colors in the type of a part's own, from their values for so many components.
-pub(super) fn color_elements<I: Iterator<Item = f32>>(
-    part: &Part,
-    values: impl FnOnce(usize) -> I,
-) -> Elements {
-    let (components, component) = part.color.unwrap_or((4, ComponentType::F32));
-    quantize(float_elements(components, values(components)), component)
-}
-
-pub(super) fn float_elements(components: usize, values: impl Iterator<Item = f32>) -> Elements {
-    Elements {
-        bytes: values.flat_map(f32::to_le_bytes).collect(),
-        component: ComponentType::F32,
-        components,
-        normalized: false,
-    }
-}
-
-/// Brings 0…1 floats into the type that the file had them in.
-fn quantize(floats: Elements, component: ComponentType) -> Elements {
-    if !matches!(component, ComponentType::U8 | ComponentType::U16) {
-        return floats;
-    }
-    let mut quantized = Elements { bytes: Vec::new(), component, normalized: true, ..floats };
-    quantized.bytes = quantized.encode(floats.floats());
-    quantized
 }

@@ -55,7 +55,8 @@ fn drawn(asset: &Asset, meshes: &[usize], time: Time) -> BTreeMap<(usize, Vec<u3
             rows.map(|x| (x + 0.0).to_bits()).collect()
         };
         let at = format!("/meshes/{}/primitives/{}/material", own.mesh, own.index);
-        let material = asset.json.pointer(&at).and_then(|own| own.as_u64()).unwrap_or(99) as usize;
+        let material =
+            asset.json.pointer(&at).and_then(serde_json::Value::as_u64).unwrap_or(99) as usize;
         for triangle in own.triangles(asset, count).expect("triangles") {
             let mut corners = triangle.map(corner);
             let [a, b, c] = [0, 1, 2].map(|at| &corners[at][..3]);

@@ -274,7 +274,9 @@ fn ended(level: &Level, next: &Level, ends: &[MorphEnd]) -> Vec<(Vec3, Vec<u32>)
 }
 
 /// Triangles that have an area, by their group and all that their corners have, the first one first.
-fn drawn(mesh: &Mesh, wedges: &[(Vec3, Vec<u32>)]) -> Vec<(u32, Vec<(Vec<u32>, Vec<u32>)>)> {
+type Corner = (Vec<u32>, Vec<u32>);
+
+fn drawn(mesh: &Mesh, wedges: &[(Vec3, Vec<u32>)]) -> Vec<(u32, Vec<Corner>)> {
     let mut all = Vec::new();
     for (triangle, &group) in mesh.triangles.iter().zip(&mesh.groups) {
         let [a, b, c] = triangle.map(|wedge| wedges[wedge.index()].0);
