@@ -48,12 +48,13 @@ fn place(texture: &TextureOutcome) -> &str {
 }
 
 /// The choices as a table for people, in lines of at most `width` signs where that can be; nothing if
-/// there are none.
+/// all that the source has is shared and nothing is added.
 pub(super) fn choice_table(materials: &[MaterialTextures], width: usize) -> String {
     let chosen = chosen(materials);
-    let Some(levels) = chosen.iter().map(|own| own.levels.len()).max() else {
+    if !chosen.iter().flat_map(|own| &own.levels).any(|own| own.own) {
         return String::new();
-    };
+    }
+    let levels = chosen.iter().map(|own| own.levels.len()).max().unwrap_or(0);
     let shown = &chosen[..chosen.len().min(MOST_ROWS)];
     let names = shown.iter().map(|own| own.name.clone()).collect();
     let mut columns = vec![Column::new("texture", 0, names)];
@@ -185,10 +186,10 @@ mod tests {
         let materials = [material(choices)];
         let text = choice_table(&materials, 80);
         assert!(text.contains("paint baseColor") && text.contains("paint new normals"), "{text}");
-        assert!(text.contains("shared") && text.contains("256² 25.6 kB"), "{text}");
+        assert!(text.contains("shared") && text.contains("256² 26 kB"), "{text}");
         let rows = choice_rows(&materials);
         assert_eq!(rows.len(), 5);
-        assert_eq!(rows[2][5], "shared: 0.0500, 512² 51.2 kB: 0.0100");
+        assert_eq!(rows[2][5], "shared: 0.0500, 512² 51 kB: 0.0100");
         assert_eq!(rows[3][4], "1.15°");
         let line = budget_line(&materials).expect("a choice that was cut");
         assert!(line.starts_with("1 of") && line.contains("--budget 103000"), "{line}");

@@ -8,8 +8,8 @@
 //! stay shared where normals are a level's own, and each has a size of its own.
 //!
 //! Unless a budget is given, own images of all levels together add as many bytes as the source's textures
-//! have, or a byte for each texel of the source, if that is more: a palette of few colors packs into so
-//! little that nothing else, a normal map least of all, would have room. In a file of all levels each adds
+//! have, or a byte for each texel of the source, or 64 KiB, if that is more: a palette of few colors packs
+//! into so little that nothing else, a normal map least of all, would have room. In a file of all levels each adds
 //! all of its bytes; where each level is a file of its own, which holds a shared image too, only those
 //! that it has more than that.
 //!

@@ -59,6 +59,9 @@ use sizes::{Share, TexelDensity, fit, halved};
 /// Levels that are made at a time: a file is compressed on one thread, and each takes memory of its
 /// own.
 const LEVELS: usize = 2;
+/// Bytes that images of levels' own may have though the source's have less: of small files, their
+/// geometry is more.
+const LEAST_BUDGET: u64 = 64 << 10;
 /// The most rounds of making images smaller until they fit a budget: a file's bytes are not known
 /// before it is made.
 const ATTEMPTS: usize = 8;
@@ -260,7 +263,7 @@ impl TextureMaker<'_> {
             Sizes::Budget(budget) => Some(budget),
             Sizes::Needed => {
                 let files: usize = images.iter().map(|image| image.bytes.len()).sum();
-                Some((files as u64).max(self.texels()))
+                Some((files as u64).max(self.texels()).max(LEAST_BUDGET))
             }
             Sizes::Scale(_) => None,
         }

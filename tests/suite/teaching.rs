@@ -142,7 +142,7 @@ fn every_ellipsoid_of_a_model_has_epsilon_on_it_and_the_rest_is_counted() {
     node["rotation"] = serde_json::json!([0.0, 0.6, 0.0, 0.8]);
     node["translation"] = serde_json::json!([100.0, -3.0, 2.0]);
     let asset = seamwise::import::read_bytes(&build.glb(), Path::new("")).unwrap();
-    for (level, epsilon) in [(0, None), (2, None), (2, Some(1e-4))] {
+    for (level, epsilon) in [(0, None), (2, None), (2, Some(1.0))] {
         let own = Quadrics::of(&asset, level, epsilon, MemoryLimit::default()).unwrap();
         assert!(!own.solids.is_empty());
         let counts = own.census;

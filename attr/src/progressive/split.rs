@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::id::{PointId, TriangleId};
 use crate::mesh::Mesh;
 use crate::progressive::mesh::{Change, Ends, Moved, ProgressiveMesh};
@@ -14,7 +14,7 @@ pub struct Split {
     pub points: Vec<PointId>,
     /// Where it was before the split.
     pub position: Vec3,
-    /// The error before the split: see [`Collapse::error`](crate::Collapse::error).
+    /// The error before the split: see `Collapse::error`.
     pub error: f32,
     /// The wedges that were at it, with the points that they are at after.
     pub moved: Vec<Moved>,
@@ -30,7 +30,7 @@ impl ProgressiveMesh {
     /// A record of splits in their order, the last of which gives the source.
     ///
     /// # Errors
-    /// [`Error::Invalid`](crate::Error::Invalid) names the first that does not fit.
+    /// [`Error::Invalid`] names the first that does not fit.
     pub fn from_splits(source: Mesh, splits: &[Split]) -> Result<Self> {
         let mut own = Self {
             live: vec![true; source.triangles.len()],
@@ -65,7 +65,7 @@ impl ProgressiveMesh {
             });
         }
         if own.rows.len() != own.moved.len() * own.mesh.layout.len() {
-            return Err(crate::Error::Invalid { what: "rows that do not fit the layout".into() });
+            return Err(Error::Invalid { what: "rows that do not fit the layout".into() });
         }
         own.validate()?;
         Ok(own)
