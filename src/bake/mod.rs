@@ -9,6 +9,7 @@ pub(crate) mod input;
 pub mod options;
 mod report;
 mod simplify;
+mod stages;
 pub mod steering;
 mod trials;
 mod unsimplified;
@@ -16,42 +17,28 @@ mod view;
 mod words;
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::Ordering;
-use std::time::Instant;
 
-use rayon::prelude::*;
-use seamwise_attr::ProgressiveScene;
-
-use crate::atlas::{ImageRepair, encode_repaired, repair_all};
 use crate::document::asset::Asset;
 use crate::error::Result;
-use crate::evaluate::load::{TextureCache, load};
-use crate::evaluate::reference::ReferenceScene;
-use crate::evaluate::scene::{Mode, Scene};
-use crate::evaluate::{self, Reference};
-use crate::export::bundle::{Chain, Measured};
+use crate::evaluate::load::TextureCache;
+use crate::export::bundle::Chain;
 use crate::export::disk::check_writable;
-use crate::export::document::level_asset;
-use crate::export::files::{Format, Geomorph, Layout};
-use crate::image_file::codec::EncodeOptions;
-use crate::image_file::encoded::EncodedImage;
-use crate::level::geomorph::{Kinds, Morphs, takes_target};
+use crate::export::files::{Format, Layout};
+use crate::level::LevelAssembly;
 use crate::level::lods::Lods;
 use crate::level::textures::LevelTextures;
-use crate::level::{AssetLevel, LevelAssembly};
 use crate::progress::Progress;
 use crate::progressive::write::progressive_glb;
 use crate::report::html::{Extras, bake_page};
 use crate::report::level_textures::draw_level_textures;
-use crate::report::pictures::{Gallery, draw_atlases};
+use crate::report::pictures::draw_atlases;
 use crate::report::threads::time_threads;
 use crate::report::verdict::FileSize;
 use crate::report::{BakeReport, Seconds, mesh_reports, peak_memory};
 use crate::surface::colors::keep_colors;
 use crate::surface::geometry::Geometry;
 use crate::surface::group::weld_all;
-use crate::transfer::{MaterialTextures, Origin, Plan, Transfer, TransferOptions, transfer_all};
-use crate::warning::Warnings;
+use crate::transfer::Origin;
 pub use baked::{Baked, BakedFile};
 use digest::digest;
 use fragments::warn_of_fragments;
@@ -59,6 +46,11 @@ pub use input::Input;
 use options::{BakeOptions, Textures};
 use report::{input_report, level_reports};
 use simplify::{Simplified, grow_all, polish_all, settle_all, simplify_all};
+use stages::{
+    Clock, draw_all, evaluate_all, find_morphs, finish_images, level_assets, load_reference,
+    own_textures, repair_images,
+};
+use steering::MeshSteering;
 use trials::Tried;
 use unsimplified::{Surfaces, warn_of_whole_levels};
 use view::view_all;
@@ -193,29 +185,7 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
     let surfaces = Surfaces::check(&asset, &geometries, options, &mut warnings)?;
     warn_of_fragments(&asset, &geometries, options, &mut warnings)?;
     let steering = options.steering.resolve(&asset, &geometries, options.reading.memory_limit)?;
-    let simplify = || simplify_all(&geometries, &steering, options, progress);
-    let mut simplified = clock.time("simplify", |s| &mut s.simplify, simplify)?;
-    let is_bare = options.steering.order.is_bare();
-    if let Some(polish) = options.polish.as_ref().filter(|_| !is_bare) {
-        let run = || {
-            simplified
-                .all()
-                .try_for_each(|chains| polish_all(&geometries, chains, &steering, polish, progress))
-        };
-        clock.time("polish", |s| &mut s.polish, run)?;
-    }
-    let settle = || {
-        simplified.all().try_for_each(|chains| {
-            if !is_bare {
-                settle_all(&asset, &geometries, chains, &steering)?;
-            }
-            keep_colors(&asset, &geometries, chains, options.reading.memory_limit)
-        })
-    };
-    clock.time("polish", |s| &mut s.polish, settle)?;
-    if options.output.progressive {
-        simplified.settle();
-    }
+    let simplified = shape(&asset, &geometries, &steering, options, &mut clock)?;
     let Simplified { chains, mut scene, .. } = simplified;
     let mut lods = Lods::from_chains(chains, options.targets.count())?;
     let repairs = clock.time("repair", |s| &mut s.repair, || repair_images(&asset, options))?;
@@ -319,145 +289,37 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
     Ok(Levels { files, sources, report, extras })
 }
 
-/// Adds up the wall time of each stage, and ends a bake between two if its time is over.
-struct Clock<'a> {
-    seconds: Seconds,
-    progress: &'a Progress,
-}
-
-impl Clock<'_> {
-    fn time<T>(
-        &mut self,
-        name: &str,
-        stage: fn(&mut Seconds) -> &mut f64,
-        run: impl FnOnce() -> Result<T>,
-    ) -> Result<T> {
-        self.progress.check(name)?;
-        let start = Instant::now();
-        let result = self.progress.stage(name, 0, |_| run())?;
-        *stage(&mut self.seconds) += start.elapsed().as_secs_f64();
-        self.progress.check(name)?;
-        Ok(result)
-    }
-}
-
-/// Textures of each level's own, and what became of those of each material. Where charts are laid out
-/// anew, `lods` are as well.
-fn own_textures(
-    origin: &Origin<'_>,
-    lods: &mut Lods,
-    options: &TransferOptions,
-    progress: &Progress,
-) -> Result<(Vec<LevelTextures>, Vec<MaterialTextures>)> {
-    let plan = Plan::new(origin, options)?;
-    let Transfer { textures, repacked, choices } =
-        transfer_all(origin, &plan, lods, options, progress)?;
-    if let Some(repacked) = repacked {
-        *lods = repacked;
-    }
-    Ok((textures, plan.outcomes(origin.asset, &choices)?))
-}
-
-/// Where vertices of each level come to lie in the next one, if they are to tell; and warnings of what can't be told.
-fn find_morphs<'a>(
+/// The levels' shapes: simplified, polished and settled.
+fn shape(
     asset: &Asset,
     geometries: &[Geometry],
-    lods: &'a Lods,
-    scene: Option<&mut ProgressiveScene>,
-    (options, warnings): (&BakeOptions, &mut Warnings),
-) -> Morphs<'a> {
-    let (Some(scene), true) = (scene, options.output.geomorph != Geomorph::None) else {
-        return Morphs::default();
-    };
-    let has_uvs = !matches!(options.textures, Textures::Transfer(_));
-    if !has_uvs {
-        let what = "each level has textures of its own, so that UVs of the next one mean nothing in it: positions, \
-                    normals and colors are told alone; --textures repair has UVs too";
-        warnings.add("--geomorph", what);
-    }
-    let has_target = options.output.geomorph == Geomorph::Target;
-    if has_target && !geometries.iter().all(|own| takes_target(asset, own)) {
-        let what = "meshes with morph targets, points or lines of their own get no further target: they have \
-                    attributes alone";
-        warnings.add("--geomorph", what);
-    }
-    Morphs::find(asset, geometries, lods, scene, Kinds { has_uvs, has_target })
-}
-
-/// The repair of each image, if the options ask for it.
-fn repair_images(asset: &Asset, options: &BakeOptions) -> Result<Option<Vec<ImageRepair>>> {
-    match options.textures {
-        Textures::Keep => Ok(None),
-        Textures::Repair | Textures::Transfer(_) => {
-            repair_all(asset, options.reading.memory_limit).map(Some)
-        }
-    }
-}
-
-fn finish_images(asset: &Asset, repairs: Option<&[ImageRepair]>) -> Result<Vec<EncodedImage>> {
-    match repairs {
-        None => Ok(asset.images.clone()),
-        Some(repairs) => encode_repaired(asset, repairs, EncodeOptions::default()),
-    }
-}
-
-/// The levels as documents.
-fn level_assets(asset: &Asset, levels: &[AssetLevel<'_>]) -> Result<Vec<Asset>> {
-    levels.par_iter().map(|level| level_asset(asset, level)).collect()
-}
-
-/// What levels are compared with.
-fn load_reference(
-    asset: &Asset,
-    repairs: Option<&[ImageRepair]>,
+    steering: &[MeshSteering],
     options: &BakeOptions,
-    cache: &mut TextureCache,
-) -> Result<ReferenceScene> {
-    if options.reference_as_is {
-        return ReferenceScene::as_is(asset, cache);
+    clock: &mut Clock<'_>,
+) -> Result<Simplified> {
+    let progress = clock.progress;
+    let simplify = || simplify_all(geometries, steering, options, progress);
+    let mut simplified = clock.time("simplify", |s| &mut s.simplify, simplify)?;
+    let is_bare = options.steering.order.is_bare();
+    if let Some(polish) = options.polish.as_ref().filter(|_| !is_bare) {
+        let run = || {
+            simplified
+                .all()
+                .try_for_each(|chains| polish_all(geometries, chains, steering, polish, progress))
+        };
+        clock.time("polish", |s| &mut s.polish, run)?;
     }
-    ReferenceScene::cleaned(asset, repairs, Mode::Lit, options.reading.memory_limit, cache)
-}
-
-/// The source and the levels in pictures.
-fn draw_all(
-    source: &Scene,
-    levels: &[Asset],
-    textures: &mut TextureCache,
-    progress: &Progress,
-) -> Result<Gallery> {
-    progress.stage("draw", levels.len() + 1, |done| {
-        let mut gallery = Gallery::new(source)?;
-        for level in levels {
-            progress.check("report")?;
-            done.fetch_add(1, Ordering::Relaxed);
-            gallery.add(&load(level, textures)?)?;
-        }
-        Ok(gallery)
-    })
-}
-
-fn evaluate_all(
-    source: &Scene,
-    levels: &[Asset],
-    options: evaluate::Options,
-    textures: &mut TextureCache,
-    progress: &Progress,
-) -> Result<Measured> {
-    progress.stage("evaluate", levels.len() + 1, |done| {
-        let reference = Reference::new(source, options)?;
-        let count = || done.fetch_add(1, Ordering::Relaxed);
-        count();
-        let mut measured = Measured::new(reference.diagonal());
-        reference.warn_if_unseen(&mut measured.warnings);
-        for level in levels {
-            progress.check("evaluate")?;
-            let metrics = reference.compare(&load(level, textures)?)?;
-            let is_off = metrics.distance_max > 0.0;
-            measured.farthest.push(reference.part_at(metrics.distance_max_at).filter(|_| is_off));
-            measured.metrics.push(metrics);
-            count();
-        }
-        Ok(measured)
-    })
+    let settle = || {
+        simplified.all().try_for_each(|chains| {
+            if !is_bare {
+                settle_all(asset, geometries, chains, steering)?;
+            }
+            keep_colors(asset, geometries, chains, options.reading.memory_limit)
+        })
+    };
+    clock.time("polish", |s| &mut s.polish, settle)?;
+    if options.output.progressive {
+        simplified.settle();
+    }
+    Ok(simplified)
 }
