@@ -315,7 +315,7 @@ impl BakeArgs {
             },
             steering: self.steering()?,
             polish: self.polish(),
-            textures: self.textures.resolve(goals.is_some())?,
+            textures: self.textures.resolve(goals.is_some() || self.files.has_geomorph())?,
             goals,
             evaluate: self.measuring.evaluate(),
             reference_as_is: self.measuring.reference_as_is,

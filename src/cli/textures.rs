@@ -13,7 +13,8 @@ use seamwise::transfer::{Atlas, BakeNormals, Sizes, TextureFormat, TransferOptio
 pub(super) struct TextureArgs {
     /// Textures of each level's own, or the source's; auto if not given.
     ///
-    /// With --quality, --max-bytes and the like, whose levels share what they are bounded by, repair if not given.
+    /// With --quality, --max-bytes and the like, whose levels share what they are bounded by, and with
+    /// --geomorph, which leads UVs from one level to the next, repair if not given.
     #[arg(long, value_enum, value_name = "HOW")]
     textures: Option<TextureMode>,
     /// With auto or transfer, where the levels' textures are laid out; keep if not given.
@@ -124,10 +125,10 @@ impl From<NormalMode> for BakeNormals {
 }
 
 impl TextureArgs {
-    /// The handling of textures that these arguments give; `has_goals` tells whether levels are sought
-    /// by a bound.
-    pub(super) fn resolve(&self, has_goals: bool) -> Result<Textures> {
-        let default = if has_goals { TextureMode::Repair } else { TextureMode::Auto };
+    /// The handling of textures that these arguments give; `shares` tells whether levels share the
+    /// source's unless they are told otherwise.
+    pub(super) fn resolve(&self, shares: bool) -> Result<Textures> {
+        let default = if shares { TextureMode::Repair } else { TextureMode::Auto };
         let textures = match self.textures.unwrap_or(default) {
             TextureMode::Auto => {
                 let own = self.transfer();
