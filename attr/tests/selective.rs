@@ -168,7 +168,7 @@ fn all_undone_is_the_source_and_all_done_the_coarsest() {
 }
 
 /// The numbers of a large terrain. Its luminance is not better for being fine near the eye: 1.95 of that of
-/// a level of as many triangles everywhere, which fits normals and is polished. `cargo test --release -p seamwise-attr --test selective -- --ignored --nocapture`.
+/// a level of as many triangles everywhere. `cargo test --release -p seamwise-attr --test selective -- --ignored --nocapture`.
 #[test]
 #[ignore = "long: a terrain of half a million triangles; the gate runs it"]
 fn a_terrain_of_half_a_million_triangles() {
