@@ -51,8 +51,8 @@ KEY, SKY, GROUND = 0.55, 0.45, 0.15
 KEY_DIRECTION = (-0.4, 0.6, -1.0)  # to the key: right, up, forward
 DIELECTRIC = 0.04
 BACKGROUND = 0.21404114
-# Pixels between the pictures of a sheet.
-GAP = 4
+# Pixels between the pictures of a sheet, and above each, for its name.
+GAP, HEAD = 4, 14
 GRAY = 0.8
 
 
@@ -102,9 +102,9 @@ class Ours:
 def read_sheet(path, views, side):
     """Per column its pictures without the differences below them: views × side × side × 3."""
     pixels = np.array(mi.Bitmap(str(path)))[..., :3] / 255.0
-    step = side + GAP
-    columns = (pixels.shape[1] - GAP) // step
-    at = lambda row, column: pixels[GAP + row * step :, GAP + column * step :][:side, :side]
+    width, height = side + GAP, side + GAP + HEAD
+    columns = (pixels.shape[1] - GAP) // width
+    at = lambda row, column: pixels[GAP + HEAD + row * height :, GAP + column * width :][:side, :side]
     return [np.stack([at(2 * v, c) for v in range(views)]) for c in range(columns)]
 
 

@@ -9,7 +9,7 @@
 import { execFileSync } from 'node:child_process';
 import { basename, dirname, join, resolve } from 'node:path';
 import { fileURLToPath } from 'node:url';
-import { findBrowser, launch, openPage, serve } from './browser.mjs';
+import { Findings, openPage, serve, withBrowser } from './browser.mjs';
 import { read } from './plain.mjs';
 
 const HERE = dirname(fileURLToPath(import.meta.url));
@@ -18,14 +18,11 @@ const FIELD_OF_VIEW = 30; // degrees
 const HYSTERESIS = 0.1;
 const CLOSE = 0.002; // relative: a switch is looked for as near as this
 
-let failures = 0;
-function hold(isTrue, what) {
-  if (isTrue) return;
-  failures += 1;
-  console.log(`  FAILED: ${what}`);
-}
+const [tool, modules, ...files] = process.argv.slice(2).map((path) => resolve(path));
+const findings = new Findings();
+const hold = (isTrue, what) => findings.hold(isTrue, what);
 
-function diagonalOf(tool, file) {
+function diagonalOf(file) {
   const arguments_ = ['--quiet', 'evaluate', file, file, '--samples', '1000', '--views', '1', '--resolution', '64', '--json', '-'];
   return JSON.parse(execFileSync(tool, arguments_, { stdio: ['ignore', 'pipe', 'inherit'] })).reference.diagonal;
 }
@@ -60,13 +57,16 @@ function walk(switches) {
   return switches.flatMap((distance) => around.map((share) => share * distance));
 }
 
-async function look(page, tool, file, address) {
+async function holdSwitches(browser, file) {
   const { nodes, sizes } = readLevels(file);
-  const diagonal = diagonalOf(tool, file);
+  const diagonal = diagonalOf(file);
   // A level without end is there from the start.
   const switches = sizes.map((size) => (diagonal * HEIGHT) / (2 * Math.tan((FIELD_OF_VIEW * Math.PI) / 360) * size));
   const distances = walk(switches.filter((own) => own > 0));
-  await page.goto(`${address}/page/page.html`);
+  const roots = { modules: join(modules, 'node_modules'), out: dirname(file), page: HERE, web: resolve(HERE, '../../web') };
+  const server = await serve(roots);
+  const { page, complaints } = await openPage(browser);
+  await page.goto(`${server.address}/page/page.html`);
   const job = { url: `/out/${encodeURIComponent(basename(file))}`, distances, height: HEIGHT, fieldOfView: FIELD_OF_VIEW };
   const found = await page.evaluate(async (job) => (await import('/page/show_lods.js')).watch(document.getElementById('view'), job), job);
   hold(found.lods.length === nodes.length, `${found.lods.length} nodes switch, ${nodes.length} have levels`);
@@ -85,27 +85,16 @@ async function look(page, tool, file, address) {
     hold(Math.abs(pixels / expected - 1) < 1e-4, `${what}: ${pixels} pixels, projected ${expected}`);
   }
   found.wrong.forEach((what) => hold(false, what));
+  hold(complaints.length === 0, complaints.join('\n'));
   const told = switches.map((own) => own.toPrecision(4)).join(', ');
   console.log(`${basename(file)}: ${nodes.length} nodes, ${distances.length} moves, levels switch at ${told}`);
+  await page.close();
+  server.close();
 }
 
-async function main() {
-  const [tool, modules, ...files] = process.argv.slice(2).map((path) => resolve(path));
-  const executablePath = findBrowser();
-  if (!executablePath) return console.log('skipped: no chromium, so no camera moves before three.js');
-  const browser = await launch(executablePath, modules);
-  for (const file of files) {
-    const roots = { modules: join(modules, 'node_modules'), out: dirname(file), page: HERE, web: resolve(HERE, '../../web') };
-    const server = await serve(roots);
-    const { page, complaints } = await openPage(browser);
-    await look(page, tool, file, `http://127.0.0.1:${server.address().port}`);
-    hold(complaints.length === 0, complaints.join('\n'));
-    await page.close();
-    server.close();
-  }
-  await browser.close();
-  console.log(`${failures} failures`);
-  process.exitCode = failures === 0 ? 0 : 1;
+async function main(look) {
+  for (const file of files) await look((browser) => holdSwitches(browser, file));
+  findings.tell();
 }
 
-await main();
+await withBrowser(modules, main);

@@ -7,19 +7,19 @@
 //
 // Needs a Chromium (SEAMWISE_CHROMIUM, or `chromium` on the path); says so and skips without one.
 import { execFileSync } from 'node:child_process';
-import { existsSync, mkdtempSync, readFileSync, readdirSync, rmSync } from 'node:fs';
+import { existsSync, mkdtempSync, readdirSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { basename, dirname, join, resolve } from 'node:path';
 import { fileURLToPath } from 'node:url';
-import { findBrowser, launch, openPage, serve } from './browser.mjs';
+import { Findings, openPage, serve, withBrowser } from './browser.mjs';
 import { writePlain } from './plain.mjs';
+import { drawSheet } from './sheet.mjs';
 
 const HERE = dirname(fileURLToPath(import.meta.url));
 const ASSETS = resolve(HERE, '../../../shared/assets');
 const LEAST = 0.98; // intersection over union
 const VIEWS = 3;
 const SIDE = 512; // pixels
-const GAP = 4; // pixels between the pictures of a sheet
 const COVERED = 200; // of 255: white over half of a pixel of a sheet, gray over the rest
 const HALF = 120; // of 255: half of the samples of a picture
 
@@ -39,6 +39,7 @@ const READERS = ['three', 'babylon'];
 const [tool, modules] = process.argv.slice(2).map((path) => resolve(path));
 const scratch = mkdtempSync(join(tmpdir(), 'seamwise-readers-'));
 process.on('exit', () => rmSync(scratch, { recursive: true, force: true }));
+const findings = new Findings();
 
 function run(...args) {
   execFileSync(tool, ['--quiet', ...args], { stdio: ['ignore', 'ignore', 'inherit'] });
@@ -54,18 +55,15 @@ function bake({ name, input, options }) {
 
 // What `seamwise evaluate` draws of a file all in white, and from where.
 function reference(file) {
-  const [plain, sheet, report] = ['plain.glb', 'sheet.png', 'report.json'].map((n) => join(scratch, n));
+  const plain = join(scratch, 'plain.glb');
   writePlain(file, plain);
-  run('evaluate', plain, plain, '--unlit', '--samples', '1000', '--views', VIEWS, '--resolution', SIDE,
-    '--sheet', sheet, '--sheet-views', VIEWS, '--json', report);
-  const cameras = JSON.parse(readFileSync(report)).views.map(({ eye, target, field_of_view_degrees }) => {
+  const sheet = drawSheet(tool, scratch, plain, { views: VIEWS, side: SIDE, options: ['--unlit'] });
+  const cameras = sheet.cameras.map(({ eye, target, field_of_view_degrees }) => {
     const distance = Math.hypot(...eye.map((x, axis) => x - target[axis]));
     return { eye, target, fieldOfView: field_of_view_degrees, near: distance / 100, far: distance * 4 };
   });
-  return { sheet: dataUrl(sheet), cameras };
+  return { sheet, cameras };
 }
-
-const dataUrl = (path) => `data:image/png;base64,${readFileSync(path).toString('base64')}`;
 
 // Loads a file in a page of its own; what it shows, and all that the page complained about.
 async function show(browser, address, reader, { file, cameras, levels }) {
@@ -86,7 +84,7 @@ async function show(browser, address, reader, { file, cameras, levels }) {
 // Intersection over union of what is white in pictures and in the first column of a sheet.
 async function overlaps(browser, pictures, sheet) {
   const page = await browser.newPage();
-  const found = await page.evaluate(async (pictures, sheet, { side, samples, gap, covered, half }) => {
+  const found = await page.evaluate(async (pictures, { url, places }, { side, samples, covered, half }) => {
     const pixels = async (url, size, x, y) => {
       const image = await createImageBitmap(await (await fetch(url)).blob());
       const canvas = new OffscreenCanvas(side, side);
@@ -96,7 +94,7 @@ async function overlaps(browser, pictures, sheet) {
     };
     const overlap = async (picture, view) => {
       const own = await pixels(picture, samples * side, 0, 0);
-      const other = await pixels(sheet, side, gap, gap + 2 * view * (side + gap));
+      const other = await pixels(url, side, ...places[view]);
       let [both, either] = [0, 0];
       for (let i = 0; i < own.length; i += 4) {
         const [a, b] = [own[i] >= half, other[i] >= covered];
@@ -106,58 +104,48 @@ async function overlaps(browser, pictures, sheet) {
       return both / either;
     };
     return Promise.all(pictures.map(overlap));
-  }, pictures, sheet, { side: SIDE, samples: SAMPLES, gap: GAP, covered: COVERED, half: HALF });
+  }, pictures, sheet, { side: SIDE, samples: SAMPLES, covered: COVERED, half: HALF });
   await page.close();
   return found;
 }
 
-// Checks that Babylon shows the coarsest level first, and the source in its place then.
-async function checkStages(browser, address, file, cameras) {
+// Holds that Babylon shows the coarsest level first, and the source in its place then.
+async function holdStages(browser, address, file, cameras) {
   const [coarse, all] = [
     await show(browser, address, 'babylon', { file, cameras, levels: 1 }),
     await show(browser, address, 'babylon', { file, cameras }),
   ];
   const share = coarse.triangles / all.triangles;
   console.log(`  babylon: stages ${all.stages.join(', ')}; ${coarse.triangles} triangles first, then ${all.triangles}`);
-  return all.stages.join() === '0,1' && share > 0.2 && share < 0.3 ? 0 : 1;
+  findings.hold(all.stages.join() === '0,1' && share > 0.2 && share < 0.3, 'the stages are others');
 }
 
-async function main() {
-  const executablePath = findBrowser();
-  if (!executablePath) return console.log('skipped: no chromium, so no reader looks at the outputs');
-  if (!existsSync(ASSETS)) return console.log(`skipped: ${ASSETS} is absent`);
-  let browser = await launch(executablePath, modules);
+// Holds that a reader shows a file as it is drawn here.
+async function holdPictures(browser, address, reader, file, { sheet, cameras }) {
+  const { pictures, triangles, complaints } = await show(browser, address, reader, { file, cameras });
+  const found = await overlaps(browser, pictures, sheet);
+  const told = found.map((overlap) => overlap.toFixed(4)).join(', ');
+  console.log(`${basename(dirname(file))}/${basename(file)} in ${reader}: ${triangles} triangles, overlap ${told}`);
+  findings.hold(found.every((overlap) => overlap > LEAST), `the silhouettes overlap by no more than ${LEAST}`);
+  findings.hold(complaints.length === 0, complaints.join('\n'));
+}
+
+async function main(look) {
   const server = await serve({ modules: join(modules, 'node_modules'), out: scratch, page: HERE });
-  const address = `http://127.0.0.1:${server.address().port}`;
-  let failures = 0;
   for (const own of CASES) {
     for (const file of bake(own)) {
-      const { sheet, cameras } = reference(file);
+      const drawn = reference(file);
       for (const reader of READERS) {
-        const look = () => show(browser, address, reader, { file, cameras });
-        const { pictures, triangles, complaints } = await look().catch(async (error) => {
-          if (error.name !== 'ProtocolError') throw error;
-          console.log(`  ${reader}: ${error.message}; once more in a new browser`);
-          browser.process()?.kill('SIGKILL');
-          browser = await launch(executablePath, modules);
-          return look();
-        });
-        const found = await overlaps(browser, pictures, sheet);
-        const isFine = complaints.length === 0 && found.every((overlap) => overlap > LEAST);
-        failures += isFine ? 0 : 1;
-        const told = found.map((overlap) => overlap.toFixed(4)).join(', ');
-        console.log(`${own.name}/${basename(file)} in ${reader}: ${triangles} triangles, overlap ${told}`);
-        complaints.forEach((complaint) => console.log(`  ${complaint}`));
+        await look((browser) => holdPictures(browser, server.address, reader, file, drawn));
       }
       if (own.name === 'scan' && !file.includes('_lod')) {
-        failures += await checkStages(browser, address, file, cameras);
+        await look((browser) => holdStages(browser, server.address, file, drawn.cameras));
       }
     }
   }
-  await browser.close();
   server.close();
-  console.log(`${failures} failures`);
-  process.exitCode = failures === 0 ? 0 : 1;
+  findings.tell();
 }
 
-await main();
+if (existsSync(ASSETS)) await withBrowser(modules, main);
+else console.log(`skipped: ${ASSETS} is absent`);
