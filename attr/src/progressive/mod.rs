@@ -10,3 +10,4 @@ mod replay;
 pub(crate) mod selective;
 pub(crate) mod settle;
 pub(crate) mod split;
+mod validate;
