@@ -172,19 +172,27 @@ impl Keywords {
     }
 
     fn textures(&self) -> Result<Textures, Error> {
-        Ok(match choice("textures", self.textures.as_ref(), &["repair", "transfer", "keep"])? {
-            0 => Textures::Repair,
-            1 => Textures::Transfer(TransferOptions::default()),
+        let Some(name) = &self.textures else {
+            return Ok(Textures::default_for(None, self.geomorph()?));
+        };
+        Ok(match choice("textures", Some(name), &["auto", "repair", "transfer", "keep"])? {
+            0 => Textures::default(),
+            1 => Textures::Repair,
+            2 => Textures::Transfer(TransferOptions::default()),
             _ => Textures::Keep,
         })
+    }
+
+    fn geomorph(&self) -> Result<Geomorph, Error> {
+        let all = [Geomorph::None, Geomorph::Attributes, Geomorph::Target];
+        let names = ["none", "attributes", "target"];
+        choice("geomorph", self.geomorph.as_ref(), &names).map(|own| all[own])
     }
 
     fn output(&self) -> Result<OutputOptions, Error> {
         let layouts = [Layout::None, Layout::MsftLod, Layout::Names];
         let formats = [Format::Glb, Format::Gltf];
         let layout = choice("layout", self.layout.as_ref(), &["none", "msft_lod", "names"])?;
-        let geomorph =
-            choice("geomorph", self.geomorph.as_ref(), &["none", "attributes", "target"])?;
         let format = choice("format", self.format.as_ref(), &["glb", "gltf"])?;
         Ok(OutputOptions {
             compress: self.compress,
@@ -192,7 +200,7 @@ impl Keywords {
             layout: layouts[layout],
             share_vertices: false,
             progressive: self.progressive,
-            geomorph: [Geomorph::None, Geomorph::Attributes, Geomorph::Target][geomorph],
+            geomorph: self.geomorph()?,
         })
     }
 }

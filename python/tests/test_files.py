@@ -86,7 +86,7 @@ def test_options_that_make_no_sense_are_refused(sample):
     for options, message in [
         ({"ratios": [0.5], "triangles": [5]}, "not both"),
         ({"ratios": [0.1, 0.5]}, "fine to coarse"),
-        ({"textures": "new"}, "repair, transfer, keep"),
+        ({"textures": "new"}, "auto, repair, transfer, keep"),
         ({"time_limit": -1.0}, "time limit"),
     ]:
         with pytest.raises(seamwise.OptionsError, match=message):

@@ -22,7 +22,7 @@ def _run(*arguments):
 
 def test_files_of_a_bake_are_the_tools(sample, tmp_path):
     baked = seamwise.bake(sample, ratios=[0.25], evaluate=False, layout="msft_lod")
-    options = ["--ratios", "0.25", "--no-evaluate", "--layout", "msft_lod", "--textures", "repair"]
+    options = ["--ratios", "0.25", "--no-evaluate", "--layout", "msft_lod"]
     _run("bake", sample, "-o", tmp_path, *options)
     told = {path.name: path.read_bytes() for path in tmp_path.glob("*.glb")}
     assert sorted(baked.files) == sorted(told)

@@ -8,7 +8,7 @@ use super::goals::Goals;
 use super::steering::Steering;
 use crate::error::{Error, Result};
 use crate::evaluate;
-use crate::export::files::OutputOptions;
+use crate::export::files::{Geomorph, OutputOptions};
 use crate::import::options::ReadOptions;
 use crate::screen::Screen;
 use crate::transfer::TransferOptions;
@@ -84,7 +84,7 @@ impl Default for BakeOptions {
             budget_per: BudgetPer::default(),
             steering: Steering::default(),
             polish: Some(Polish::default()),
-            textures: Textures::Repair,
+            textures: Textures::default(),
             evaluate: Some(evaluate::Options::default()),
             reference_as_is: false,
             screen: Screen::default(),
@@ -219,6 +219,29 @@ pub enum Textures {
     Repair,
     /// All levels share the source's textures as they are.
     Keep,
+}
+
+impl Default for Textures {
+    /// Each level has its own where they show less error than the source's, in the layout of these.
+    fn default() -> Self {
+        Self::Transfer(TransferOptions { chooses: true, ..TransferOptions::default() })
+    }
+}
+
+impl Textures {
+    /// Whether levels share the source's unless more is said: those that goals bound share what they are
+    /// bounded by, and those that lead to the next one lead its UVs too.
+    pub fn are_shared_by_default(goals: Option<&Goals>, geomorph: Geomorph) -> bool {
+        goals.is_some() || geomorph != Geomorph::None
+    }
+
+    /// The default for such levels.
+    pub fn default_for(goals: Option<&Goals>, geomorph: Geomorph) -> Self {
+        match Self::are_shared_by_default(goals, geomorph) {
+            true => Self::Repair,
+            false => Self::default(),
+        }
+    }
 }
 
 #[cfg(test)]

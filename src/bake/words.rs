@@ -49,7 +49,8 @@ mod tests {
     fn the_default_options_are_told() {
         let words = option_words(&BakeOptions::default());
         assert_eq!(words[0], "levels of 50, 25, 12.5, 6.25 % of the triangles");
-        assert_eq!(words[2..4], ["a full polish", "textures repaired and shared"]);
+        let textures = "textures of each level's own where they show less error";
+        assert_eq!(words[2..4], ["a full polish", textures]);
         let targets = Targets::triangles(vec![500, 20]).unwrap();
         let options = BakeOptions { targets, polish: None, ..BakeOptions::default() };
         let words = option_words(&options);

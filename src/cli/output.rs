@@ -94,11 +94,6 @@ impl OutputArgs {
         }
     }
 
-    /// Whether levels lead from one to the next.
-    pub(super) fn has_geomorph(&self) -> bool {
-        self.geomorph.is_some()
-    }
-
     /// The options that these arguments give.
     ///
     /// # Errors

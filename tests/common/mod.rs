@@ -66,10 +66,10 @@ impl Random {
     }
 }
 
-/// The default options, with a file of all levels besides.
+/// The default options with shared textures, and a file of all levels besides.
 pub(crate) fn chained() -> BakeOptions {
     let output = OutputOptions { layout: Layout::MsftLod, ..OutputOptions::default() };
-    BakeOptions { output, ..BakeOptions::default() }
+    BakeOptions { output, textures: Textures::Repair, ..BakeOptions::default() }
 }
 
 /// Options that spend no time on measuring.

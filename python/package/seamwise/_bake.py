@@ -36,7 +36,7 @@ def bake(
     name: str | None = None,
     ratios: Sequence[float] | None = None,
     triangles: Sequence[int] | None = None,
-    textures: Literal["repair", "transfer", "keep"] | None = None,
+    textures: Literal["auto", "repair", "transfer", "keep"] | None = None,
     budget_per: Literal["scene", "mesh"] | None = None,
     layout: Literal["none", "msft_lod", "names"] | None = None,
     format: Literal["glb", "gltf"] | None = None,
@@ -67,6 +67,7 @@ def bake(
     With a ``folder`` all files are written there or none, and ``Baked.files`` is empty; without one nothing
     is written. ``name`` is the stem of the files' names, that of the source by default.
 
+    textures: "auto" unless levels lead to the next (``geomorph``), which share the source's: "repair".
     resume: leave a bake alone whose outputs are in ``folder`` already, those of this source, these options
     and this version: the result is its report then, and ``skipped`` is true.
     memory_limit: bytes, or a size like "8GB", that decoding one image or all geometry may take.
