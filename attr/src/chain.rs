@@ -88,14 +88,15 @@ pub(crate) fn run_chain(
         descent.find_pairs();
         descent
     };
-    let Some(&first) = targets.first() else { return Ok((Vec::new(), None)) };
+    let stops = if records { with_halves(mesh.triangles.len(), targets) } else { targets.to_vec() };
+    let Some(&first) = stops.first() else { return Ok((Vec::new(), None)) };
     let finish = Finish::new(mesh, options);
     let mut descent = begin(RegionSource::Mesh(mesh, Arc::clone(&space)), first);
     let mut levels = Vec::with_capacity(targets.len());
     // An error limit is about the source.
     let rebuilds_quadrics =
         options.settings.max_error.is_none() && options.settings.cost.is_summed_anew();
-    for &target in targets {
+    for target in stops {
         if regions::is_large(descent.triangles(), target) {
             descent = begin(RegionSource::Working(Box::new(descent.into_working_mesh())), target);
         }
@@ -114,13 +115,33 @@ pub(crate) fn run_chain(
         if rebuilds_quadrics && stopped.is_none() && descent.triangles() > target {
             stopped = descent.descend_in_steps(target, removed);
         }
-        levels.push(finish.level(&descent, target, stopped));
+        let is_level = targets[levels.len()..].first() == Some(&target);
+        if is_level {
+            levels.push(finish.level(&descent, target, stopped));
+        }
         if let Some(log) = descent.log() {
-            log.mark_level();
+            if is_level {
+                log.mark_level();
+            }
             log.mark_phase();
         }
     }
     Ok((levels, descent.log().map(std::mem::take)))
+}
+
+/// Targets, and before each the halves that lead to it while a surface is large: regions go down one by one,
+/// and on a record of them a mesh between two targets would be fine in one place and coarse in another.
+fn with_halves(triangles: usize, targets: &[usize]) -> Vec<usize> {
+    let (mut stops, mut now) = (Vec::new(), triangles);
+    for &target in targets {
+        while now / 2 > target && !regions::is_small(now) {
+            now /= 2;
+            stops.push(now);
+        }
+        now = target.min(now);
+        stops.push(target);
+    }
+    stops
 }
 
 /// Makes levels of a descent.
