@@ -15,6 +15,9 @@ use crate::triangle::{area_vector, closest_on_triangle};
 pub(crate) struct Bounds {
     /// Largest distance of a point of the source from the triangles left.
     pub(crate) error: f32,
+    /// Root of the integral, over what the triangles left stand for of the source, of the squared distance of
+    /// unit normals: a length, as the error is.
+    pub(crate) shading: f32,
     /// A sphere around all of them.
     pub(crate) center: Vec3,
     pub(crate) radius: f32,
@@ -23,10 +26,27 @@ pub(crate) struct Bounds {
     pub(crate) angle: f32,
 }
 
+/// A triangle that a collapse leaves.
+struct Left {
+    triangle: usize,
+    corners: [Vec3; 3],
+    normal: Vec3,
+}
+
+impl Left {
+    fn of(mesh: &ProgressiveMesh, triangle: usize) -> Self {
+        let corners = mesh.state().triangle_positions(triangle);
+        let normal = area_vector(corners).normalize_or_zero().as_vec3();
+        Self { triangle, corners, normal }
+    }
+}
+
 /// The points of the source, by the triangles that they belong to.
 pub(crate) struct Samples {
     positions: Vec<Vec3>,
     normals: Vec<Vec3>,
+    /// The area of the source that each stands for.
+    areas: Vec<f32>,
     /// Per triangle: the first of its points; per point: the next one.
     first: Vec<u32>,
     next: Vec<u32>,
@@ -37,6 +57,9 @@ pub(crate) struct Samples {
 
 const END: u32 = u32::MAX;
 
+/// Lengths of area vectors, of which each of three points gets a share, in areas.
+const AREA: f32 = 6.0;
+
 impl Samples {
     /// Those of a mesh at its finest.
     pub(crate) fn of(mesh: &ProgressiveMesh) -> Self {
@@ -44,6 +67,7 @@ impl Samples {
         let mut own = Self {
             positions: state.positions.clone(),
             normals: vec![Vec3::ZERO; state.positions.len()],
+            areas: vec![0.0; state.positions.len()],
             first: vec![END; state.triangles.len()],
             next: vec![END; state.positions.len()],
             own: Vec::new(),
@@ -54,6 +78,7 @@ impl Samples {
             let normal = area_vector(state.triangle_positions(triangle)).as_vec3();
             for point in state.triangle_points(triangle) {
                 own.normals[point.index()] += normal;
+                own.areas[point.index()] += normal.length() / AREA;
                 if !std::mem::replace(&mut is_known[point.index()], true) {
                     own.put(point.index() as u32, triangle);
                 }
@@ -82,25 +107,26 @@ impl Samples {
 
     /// Gives them to the triangles that it has left, and notes its bounds.
     pub(crate) fn give(&mut self, mesh: &ProgressiveMesh, touches: &[Touch]) {
-        let left: Vec<(usize, [Vec3; 3])> = touches
+        let left: Vec<Left> = touches
             .iter()
             .filter(|touch| touch.stays)
-            .map(|touch| touch.triangle.index())
-            .map(|triangle| (triangle, mesh.state().triangle_positions(triangle)))
+            .map(|touch| Left::of(mesh, touch.triangle.index()))
             .collect();
         let own = std::mem::take(&mut self.own);
-        let mut square = 0.0f64;
+        let (mut square, mut shading) = (0.0f64, 0.0f32);
         for &sample in &own {
             let position = self.positions[sample as usize].as_dvec3();
-            let off = |corners: &[Vec3; 3]| closest_on_triangle(position, corners).2;
-            let all = left.iter().map(|(triangle, corners)| (*triangle, off(corners)));
-            if let Some((triangle, off)) = all.min_by(|a, b| a.1.total_cmp(&b.1)) {
+            let off = |own: &Left| closest_on_triangle(position, &own.corners).2;
+            let all = left.iter().map(|own| (own, off(own)));
+            if let Some((nearest, off)) = all.min_by(|a, b| a.1.total_cmp(&b.1)) {
                 square = square.max(off);
-                self.put(sample, triangle);
+                let turn = self.normals[sample as usize].distance_squared(nearest.normal);
+                shading += self.areas[sample as usize] * turn;
+                self.put(sample, nearest.triangle);
             }
         }
         let bounds = self.bounds_of(mesh, touches, (&own, &left), square.sqrt());
-        self.bounds.push(bounds);
+        self.bounds.push(Bounds { shading: shading.sqrt(), ..bounds });
         self.own = own;
     }
 
@@ -108,7 +134,7 @@ impl Samples {
         &self,
         mesh: &ProgressiveMesh,
         touches: &[Touch],
-        (samples, left): (&[u32], &[(usize, [Vec3; 3])]),
+        (samples, left): (&[u32], &[Left]),
         error: f64,
     ) -> Bounds {
         let samples = samples.iter().map(|&sample| sample as usize);
@@ -119,9 +145,9 @@ impl Samples {
         let high = places.iter().copied().reduce(Vec3::max).unwrap_or_default();
         let center = 0.5 * (low + high);
         let radius = places.iter().map(|place| place.distance(center)).fold(0.0, f32::max);
-        let of_left =
-            left.iter().map(|(_, corners)| area_vector(*corners).normalize_or_zero().as_vec3());
-        let normals: Vec<Vec3> = of_left
+        let normals: Vec<Vec3> = left
+            .iter()
+            .map(|own| own.normal)
             .chain(samples.map(|sample| self.normals[sample]))
             .filter(|normal| *normal != Vec3::ZERO)
             .collect();
@@ -130,6 +156,7 @@ impl Samples {
         let least = normals.iter().map(|normal| normal.dot(axis)).fold(1.0, f32::min);
         // What goes as a whole is off by all of itself.
         let error = if left.is_empty() { error.max(2.0 * f64::from(radius)) } else { error };
-        Bounds { error: error as f32, center, radius, axis, angle: least.clamp(-1.0, 1.0).acos() }
+        let angle = least.clamp(-1.0, 1.0).acos();
+        Bounds { error: error as f32, shading: 0.0, center, radius, axis, angle }
     }
 }

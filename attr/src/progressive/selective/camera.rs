@@ -14,6 +14,14 @@ const UNSEEN: f32 = 0.1;
 /// The share that an error counts with on a silhouette, where it changes the outline.
 const SILHOUETTE: f32 = 2.0;
 
+/// Pixels of error that shading counts as which is off by a unit vector over one pixel, up to where a flattened
+/// relief is seen.
+///
+/// A hilly terrain of 500,000 triangles, 10,000 of them for an eye at its edge: lit luminance over that of a level
+/// of as many triangles is 0.81 with 0, 0.79 with 0.5 and 1; the largest error of the shape 1.7, 2.1 and 5.0
+/// pixels.
+const SHADING: f32 = 0.5;
+
 /// An eye, and the picture that it sees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
@@ -87,12 +95,13 @@ impl Camera {
         z <= radius && inside(x, self.tangents[0]) && inside(y, self.tangents[1])
     }
 
-    /// Pixels that what a collapse leaves is off by at most, counted by how it is seen. No distance is less
-    /// than `near`.
+    /// Pixels that what a collapse leaves is off by at most, counted by how it is seen: of its shape or, where that
+    /// is more, of its shading. No distance is less than `near`.
     pub(crate) fn error(&self, bounds: &Bounds, near: f32) -> f32 {
         let way = bounds.center - self.eye;
         let distance = way.length();
-        let error = self.pixels * bounds.error / (distance - bounds.radius).max(near);
+        let scale = self.pixels / (distance - bounds.radius).max(near);
+        let error = scale * bounds.error;
         if !self.sees(bounds.center, bounds.radius) {
             return UNSEEN * error;
         }
@@ -102,11 +111,14 @@ impl Camera {
         // Angles between ways to it and its normals: within slack of this one.
         let angle = (way.dot(bounds.axis) / distance).clamp(-1.0, 1.0).acos();
         let slack = bounds.angle + (bounds.radius / distance).asin();
-        match () {
-            () if angle + slack < FRAC_PI_2 => UNSEEN * error,
+        let shape = match () {
+            () if angle + slack < FRAC_PI_2 => return UNSEEN * error,
             () if angle - slack < FRAC_PI_2 => SILHOUETTE * error,
             () => error,
-        }
+        };
+        // Of the area as much as can be seen of it at most.
+        let facing = -(angle + slack).min(std::f32::consts::PI).cos();
+        shape.max(SHADING * scale * bounds.shading * facing.max(0.0).sqrt())
     }
 }
 
@@ -133,7 +145,7 @@ mod tests {
     fn an_error_counts_by_distance_and_by_how_it_faces() {
         let camera = camera();
         let of = |center: Vec3, axis: Vec3| {
-            let bounds = Bounds { error: 0.1, center, radius: 0.0, axis, angle: 0.1 };
+            let bounds = Bounds { error: 0.1, shading: 0.0, center, radius: 0.0, axis, angle: 0.1 };
             camera.error(&bounds, 0.01)
         };
         assert!((of(Vec3::ZERO, Vec3::Z) - 1.0).abs() < 1e-5, "50 pixels a unit at distance 1");
@@ -141,6 +153,22 @@ mod tests {
         assert!((of(Vec3::ZERO, Vec3::X) - SILHOUETTE).abs() < 1e-5);
         assert!((of(Vec3::ZERO, Vec3::NEG_Z) - UNSEEN).abs() < 1e-5);
         assert!((of(Vec3::Z * 6.0, Vec3::Z) - 5.0 * UNSEEN).abs() < 1e-5);
+    }
+
+    #[test]
+    fn shading_counts_by_the_pixels_that_it_is_off_over() {
+        // A disc of radius 1 whose normals are off by 0.2 all over it, seen from above and aslant.
+        let shading = 0.2 * std::f32::consts::PI.sqrt();
+        let of = |axis: Vec3| {
+            let center = Vec3::ZERO;
+            camera()
+                .error(&Bounds { error: 0.0, shading, center, radius: 0.0, axis, angle: 0.0 }, 0.01)
+        };
+        let pixels = 10.0 * std::f32::consts::PI.sqrt();
+        assert!((of(Vec3::Z) - SHADING * 0.2 * pixels).abs() < 1e-4);
+        let aslant = Vec3::new(0.75f32.sqrt(), 0.0, 0.5);
+        assert!((of(aslant) - SHADING * 0.2 * pixels * 0.5f32.sqrt()).abs() < 1e-4);
+        assert_eq!(of(Vec3::NEG_Z), 0.0);
     }
 
     #[test]

@@ -13,7 +13,8 @@ use super::mesh::SelectiveMesh;
 pub struct Goal {
     /// Most triangles; `usize::MAX` for as many as it takes.
     pub triangles: usize,
-    /// The error in pixels that is small enough.
+    /// The error in pixels that is small enough: of the shape, and of shading, of which a patch that is off by a
+    /// half of the light counts as a quarter of its width.
     pub pixels: f32,
 }
 
