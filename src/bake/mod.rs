@@ -47,8 +47,8 @@ use options::{BakeOptions, Textures};
 use report::{input_report, level_reports};
 use simplify::{Simplified, grow_all, polish_all, settle_all, simplify_all};
 use stages::{
-    Clock, draw_all, evaluate_all, find_morphs, finish_images, level_assets, load_reference,
-    own_textures, repair_images,
+    Clock, draw_all, evaluate_all, find_morphs, finish_images, free_shapes, level_assets,
+    load_reference, own_textures, plan_textures, repair_images,
 };
 use steering::MeshSteering;
 use trials::Tried;
@@ -179,44 +179,48 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
     options.output.check()?;
     let mut clock = Clock { seconds: Seconds::default(), progress };
     let asset = clock.time("read", |s| &mut s.read, || input.read(options.reading))?;
-    let geometries =
+    let sources =
         clock.time("weld", |s| &mut s.weld, || weld_all(&asset, options.reading.memory_limit))?;
+    let plan = plan_textures(&asset, &sources, options)?;
+    let shapes =
+        clock.time("weld", |s| &mut s.weld, || free_shapes(&asset, &sources, plan.as_ref()))?;
+    let geometries = shapes.as_deref().unwrap_or(&sources);
     let mut warnings = asset.warnings.clone();
-    let surfaces = Surfaces::check(&asset, &geometries, options, &mut warnings)?;
-    warn_of_fragments(&asset, &geometries, options, &mut warnings)?;
-    let steering = options.steering.resolve(&asset, &geometries, options.reading.memory_limit)?;
-    let simplified = shape(&asset, &geometries, &steering, options, &mut clock)?;
+    let surfaces = Surfaces::check(&asset, geometries, options, &mut warnings)?;
+    warn_of_fragments(&asset, &sources, options, &mut warnings)?;
+    let steering = options.steering.resolve(&asset, geometries, options.reading.memory_limit)?;
+    let simplified = shape(&asset, geometries, &steering, options, &mut clock)?;
     let Simplified { chains, mut scene, .. } = simplified;
     let mut lods = Lods::from_chains(chains, options.targets.count())?;
     let repairs = clock.time("repair", |s| &mut s.repair, || repair_images(&asset, options))?;
     let images =
         clock.time("repair", |s| &mut s.repair, || finish_images(&asset, repairs.as_deref()))?;
-    let (textures, materials) = match (options.textures, &repairs) {
-        (Textures::Transfer(transfer), Some(repairs)) => {
-            let (surfaces, screen) = (&geometries[..], options.screen);
+    let (textures, materials) = match (options.textures, &repairs, &plan) {
+        (Textures::Transfer(transfer), Some(repairs), Some(plan)) => {
+            let (surfaces, screen) = (&sources[..], options.screen);
             let (images, limit) = (&images[..], options.reading.memory_limit);
             let has_level_files_alone = options.output.layout == Layout::None;
             let asset = &asset;
             let origin =
                 Origin { asset, surfaces, repairs, images, has_level_files_alone, screen, limit };
-            let run = || own_textures(&origin, &mut lods, &transfer, progress);
+            let run = || own_textures(&origin, plan, &mut lods, &transfer, progress);
             clock.time("transfer", |s| &mut s.transfer, run)?
         }
         _ => {
-            let shared = LevelTextures::shared(&images, &geometries);
+            let shared = LevelTextures::shared(&images, geometries);
             (vec![shared; lods.count()], Vec::new())
         }
     };
-    grow_all(&geometries, &mut lods, &steering);
+    grow_all(geometries, &mut lods, &steering);
     let mut extras = Extras::default();
     if let (Some(repairs), Some(_)) = (&repairs, options.report) {
         let draw = || draw_atlases(&asset, repairs, options.reading.memory_limit);
         extras.atlases = clock.time("report", |s| &mut s.report, draw)?;
     }
-    let morphs = find_morphs(&asset, &geometries, &lods, scene.as_mut(), (options, &mut warnings));
+    let morphs = find_morphs(&asset, geometries, &lods, scene.as_mut(), (options, &mut warnings));
     let assembly = LevelAssembly {
         asset: &asset,
-        geometries: &geometries,
+        geometries,
         lods: &lods,
         keeps_positions: options.steering.lock_border.is_some(),
         morphs: &morphs,
@@ -249,7 +253,7 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
         let BakeOptions { output, screen, .. } = *options;
         let source_morphs = match output.layout {
             Layout::None => Vec::new(),
-            _ => morphs.of_source(&asset, &geometries)?,
+            _ => morphs.of_source(&asset, geometries)?,
         };
         let (levels_of, images) = (&assembled[..], &images[..]);
         let chain =
@@ -257,14 +261,14 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
         let documents = chain.documents(levels, measured.as_ref(), &input.stem())?;
         let mut files = options.output.encode(&input.stem(), &documents)?;
         if let (Some(scene), Some(name)) = (&scene, output.progressive_file(&input.stem())) {
-            files.push((name, progressive_glb(&asset, images, &geometries, scene)?));
+            files.push((name, progressive_glb(&asset, images, geometries, scene)?));
         }
         Ok(files)
     };
     let files = clock.time("write", |s| &mut s.write, encode)?;
     let levels = level_reports(&asset, &assembled, &lods, &steering, options, measured.as_ref());
-    let sources = input.files(&asset, options.reading);
-    let input_report = input_report(input, &sources, &asset, &geometries);
+    let files_read = input.files(&asset, options.reading);
+    let input_report = input_report(input, &files_read, &asset, &sources);
     input.warn_of_name(&mut warnings);
     warn_of_whole_levels(&levels, input_report.triangles, &options.targets, &mut warnings);
     warnings.extend(measured.as_ref().map(|own| own.warnings.clone()).unwrap_or_default());
@@ -280,13 +284,13 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
         screen: options.screen,
         reference_textures: reference.filter(|_| measured.is_some()).map(|own| own.textures),
         levels,
-        meshes: mesh_reports(&asset, &geometries, &lods),
+        meshes: mesh_reports(&asset, geometries, &lods),
         materials,
         seconds: clock.seconds,
         threads: Vec::new(),
         peak_memory_bytes: peak_memory(),
     };
-    Ok(Levels { files, sources, report, extras })
+    Ok(Levels { files, sources: files_read, report, extras })
 }
 
 /// The levels' shapes: simplified, polished and settled.

@@ -9,7 +9,7 @@ use seamwise_attr::ProgressiveScene;
 use super::options::{BakeOptions, Textures};
 use crate::atlas::{ImageRepair, encode_repaired, repair_all};
 use crate::document::asset::Asset;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::evaluate::load::{TextureCache, load};
 use crate::evaluate::reference::ReferenceScene;
 use crate::evaluate::scene::{Mode, Scene};
@@ -27,6 +27,7 @@ use crate::progress::Progress;
 use crate::report::Seconds;
 use crate::report::pictures::Gallery;
 use crate::surface::geometry::Geometry;
+use crate::surface::group::weld_without_uvs;
 use crate::transfer::{MaterialTextures, Origin, Plan, Transfer, TransferOptions, transfer_all};
 use crate::warning::Warnings;
 
@@ -52,17 +53,42 @@ impl Clock<'_> {
     }
 }
 
+/// The plan of levels' own textures, if they are to have any.
+pub(super) fn plan_textures(
+    asset: &Asset,
+    surfaces: &[Geometry],
+    options: &BakeOptions,
+) -> Result<Option<Plan>> {
+    let Textures::Transfer(own) = &options.textures else { return Ok(None) };
+    if own.unwraps && options.output.progressive {
+        let what = "levels that are unwrapped lead to no source with its UVs: --atlas free goes without --progressive";
+        return Err(Error::Options { what: what.into() });
+    }
+    Plan::new(asset, surfaces, options.reading.memory_limit, own).map(Some)
+}
+
+/// The surfaces that levels are simplified from, where those are not the source's: without the UVs that they
+/// gain anew.
+pub(super) fn free_shapes(
+    asset: &Asset,
+    surfaces: &[Geometry],
+    plan: Option<&Plan>,
+) -> Result<Option<Vec<Geometry>>> {
+    let bare = plan.map(|plan| plan.free_meshes(surfaces)).unwrap_or_default();
+    (!bare.is_empty()).then(|| weld_without_uvs(asset, &bare)).transpose()
+}
+
 /// Textures of each level's own, and what became of those of each material. Where charts are laid out
 /// anew, `lods` are as well.
 pub(super) fn own_textures(
     origin: &Origin<'_>,
+    plan: &Plan,
     lods: &mut Lods,
     options: &TransferOptions,
     progress: &Progress,
 ) -> Result<(Vec<LevelTextures>, Vec<MaterialTextures>)> {
-    let plan = Plan::new(origin, options)?;
     let Transfer { textures, repacked, choices } =
-        transfer_all(origin, &plan, lods, options, progress)?;
+        transfer_all(origin, plan, lods, options, progress)?;
     if let Some(repacked) = repacked {
         *lods = repacked;
     }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::builder::{OsStringValueParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 
-use seamwise::bake::options::{BakeOptions, BudgetPer, ReportOptions, Targets};
+use seamwise::bake::options::{BakeOptions, BudgetPer, ReportOptions, Targets, Textures};
 use seamwise::bake::steering::Steering;
 use seamwise::error::{Error, Result};
 use seamwise::evaluate;
@@ -302,6 +302,8 @@ impl BakeArgs {
             apart: self.page().is_some(),
         };
         let goals = self.goals.resolve()?;
+        let output = self.files.resolve()?;
+        let shares = Textures::are_shared_by_default(goals.as_ref(), output.geomorph);
         Ok(BakeOptions {
             targets: match (&self.targets.ratios, &self.targets.triangles, &goals) {
                 (Some(ratios), ..) => Targets::ratios(ratios.clone())?,
@@ -315,7 +317,7 @@ impl BakeArgs {
             },
             steering: self.steering()?,
             polish: self.polish(),
-            textures: self.textures.resolve(goals.is_some() || self.files.has_geomorph())?,
+            textures: self.textures.resolve(shares)?,
             goals,
             evaluate: self.measuring.evaluate(),
             reference_as_is: self.measuring.reference_as_is,
@@ -323,7 +325,7 @@ impl BakeArgs {
             report: self.places.report.as_ref().map(|_| page),
             reading: self.reading.resolve(common),
             time_limit: self.batch.time_limit,
-            output: self.files.resolve()?,
+            output,
             allow_empty: false,
         })
     }

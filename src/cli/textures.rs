@@ -77,6 +77,9 @@ pub(crate) enum AtlasMode {
     Keep,
     /// In a packed atlas of their own for each level.
     New,
+    /// As new, of levels that are simplified without UVs, so that charts take no triangles from the shape,
+    /// and unwrapped.
+    Free,
 }
 
 /// `--texture-format`.
@@ -164,9 +167,10 @@ impl TextureArgs {
             chooses: default.chooses,
             atlas: match self.atlas {
                 _ if self.merge_materials => Atlas::Merged,
-                Some(AtlasMode::New) => Atlas::New,
+                Some(AtlasMode::New | AtlasMode::Free) => Atlas::New,
                 Some(AtlasMode::Keep) | None => Atlas::Keep,
             },
+            unwraps: matches!(self.atlas, Some(AtlasMode::Free)),
             sizes: match (self.texture_scale, self.budget) {
                 (Some(scale), _) => Sizes::Scale(scale),
                 (_, Some(budget)) => Sizes::Budget(budget.bytes()),

@@ -7,4 +7,5 @@ pub mod geometry;
 pub mod group;
 mod handedness;
 mod precision;
+mod reader;
 pub(crate) mod tangents;

@@ -25,6 +25,7 @@ mod sampling;
 mod select;
 mod sheet;
 mod sizes;
+mod unwrap;
 
 use std::sync::atomic::AtomicUsize;
 
@@ -84,21 +85,22 @@ pub(crate) fn transfer_all(
     progress: &Progress,
 ) -> Result<Transfer> {
     let Origin { asset, surfaces, .. } = *origin;
-    let tags = source_tags(asset, surfaces, &plan.source_sets(surfaces))?;
+    let tags = source_tags(asset, surfaces, &plan.source_sets(surfaces), &plan.is_free)?;
     let sources = sources(surfaces, &tags);
     let meshes = lods.meshes();
     let distances: Vec<Vec<f32>> = meshes.iter().map(|level| distances(&sources, level)).collect();
     let texel_density = TexelDensity::new(asset, surfaces, &distances, &origin.screen)?;
     let sheets = sheets(origin, plan, options)?;
     let mut sizes = first_sizes(&sheets, &texel_density, surfaces, *options);
-    let repacked = repack_all(&sheets, &mut sizes, lods, (&texel_density, surfaces))?;
+    let repacked =
+        repack_all(&sheets, &mut sizes, (lods, &plan.is_free), (&texel_density, surfaces))?;
     let level_meshes = repacked.as_ref().unwrap_or(lods).meshes();
     let gains = options.bake_normals != BakeNormals::Off;
     let sets = plan.level_sets(surfaces, |_| gains, |_| true);
     let tags: Vec<Vec<Tags>> = lods
         .levels()
         .zip(&level_meshes)
-        .map(|(level, meshes)| level_tags(surfaces, level, meshes, &sets))
+        .map(|(level, meshes)| level_tags(surfaces, level, meshes, (&sets, &plan.is_free)))
         .collect::<Result<_>>()?;
     let pairs = meshes.iter().zip(&tags).map(|(meshes, tags)| pairs(&sources, meshes, tags));
     let levels =
@@ -166,7 +168,7 @@ fn first_sizes(
 fn repack_all(
     sheets: &[Sheet<'_>],
     sizes: &mut SheetSizes,
-    lods: &Lods,
+    (lods, is_free): (&Lods, &[bool]),
     (texel_density, sources): (&TexelDensity, &[Geometry]),
 ) -> Result<Option<Lods>> {
     if !sheets.iter().any(|sheet| sheet.layout.is_new) {
@@ -185,7 +187,8 @@ fn repack_all(
             let side = sizes.iter().flat_map(|sizes| sizes[level]).max().unwrap_or(1);
             let density = own[0].densities(texel_density, sources);
             let layout = (own[0].layout, &density[..]);
-            let times = repack_charts(layout, &mut surfaces, texel_density.stretches(), side)?;
+            let levels = (&mut surfaces[..], is_free);
+            let times = repack_charts(layout, levels, texel_density.stretches(), side)?;
             for sizes in sizes {
                 sizes[level] = sizes[level].map(|side| side * times);
             }

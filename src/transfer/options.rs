@@ -36,6 +36,9 @@ pub struct TransferOptions {
     pub chooses: bool,
     /// Their layout.
     pub atlas: Atlas,
+    /// Whether levels of surfaces that are laid out anew in whole are simplified without UVs, so that charts
+    /// take no triangles from the shape, and unwrapped: in layouts of their own alone.
+    pub unwraps: bool,
     /// The sizes of images.
     pub sizes: Sizes,
     /// Whether levels gain normal maps.
@@ -55,6 +58,7 @@ impl Default for TransferOptions {
         Self {
             chooses: false,
             atlas: Atlas::default(),
+            unwraps: false,
             sizes: Sizes::default(),
             bake_normals: BakeNormals::default(),
             format: TextureFormat::default(),

@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 
 use glam::Affine2;
+use rustc_hash::FxHashSet;
 use seamwise_texture::Role;
 
 use super::image_uses::{Used, used_together, uses};
@@ -11,11 +12,11 @@ use super::join_primitives::Joins;
 use super::layout::{ChartGroup, ImageUse, MergeGroup, NewNormals, SharedReason, UvLayout};
 use super::merge_materials::{Merging, NotMerged};
 use super::options::{Atlas, TransferOptions};
-use super::original::Origin;
 use crate::document::asset::Asset;
 use crate::document::material::{TextureSlot, material_slots, materials_of};
 use crate::error::Result;
-use crate::surface::geometry::Geometry;
+use crate::limit::MemoryLimit;
+use crate::surface::geometry::{Geometry, Part};
 
 /// The plan of a transfer.
 #[derive(Clone, Debug, Default)]
@@ -29,6 +30,8 @@ pub(crate) struct Plan {
     pub(crate) not_merged: BTreeMap<usize, NotMerged>,
     /// The parts that become one primitive, one entry per surface and part.
     pub(crate) joins: Joins,
+    /// One per surface: whether its levels are without UVs until they are unwrapped.
+    pub(crate) is_free: Vec<bool>,
 }
 
 impl Plan {
@@ -38,9 +41,16 @@ impl Plan {
     }
 
     /// Plans the transfer from the uses of images.
-    pub(crate) fn new(origin: &Origin<'_>, options: &TransferOptions) -> Result<Self> {
-        let &TransferOptions { atlas, chooses, .. } = options;
-        let (asset, surfaces) = (origin.asset, origin.surfaces);
+    ///
+    /// # Errors
+    /// [`Error::Invalid`](crate::error::Error::Invalid) if a material or an image is malformed.
+    pub(crate) fn new(
+        asset: &Asset,
+        surfaces: &[Geometry],
+        limit: MemoryLimit,
+        options: &TransferOptions,
+    ) -> Result<Self> {
+        let &TransferOptions { atlas, chooses, unwraps, .. } = options;
         let mut slots = material_slots(asset)?;
         let mut merging = Merging::default();
         if atlas == Atlas::Merged {
@@ -50,7 +60,7 @@ impl Plan {
                 .flat_map(|merge_group| &merge_group.materials)
                 .for_each(|&own| slots[own].clear());
         }
-        let uses = uses(asset, surfaces, &slots, origin.limit)?;
+        let uses = uses(asset, surfaces, &slots, limit)?;
         let mut plan = match atlas {
             Atlas::Keep => Self::in_place(uses, surfaces, chooses),
             Atlas::New | Atlas::Merged => Self::anew(&uses, surfaces),
@@ -59,7 +69,24 @@ impl Plan {
         plan.layouts.extend(merging.layouts);
         plan.not_merged = merging.not_merged;
         plan.joins = Joins::new(asset, surfaces, &plan.layouts);
+        plan.is_free = (0..surfaces.len()).map(|at| unwraps && plan.frees(surfaces, at)).collect();
         Ok(plan)
+    }
+
+    /// Whether all parts of a surface that have UVs are laid out anew.
+    fn frees(&self, surfaces: &[Geometry], surface: usize) -> bool {
+        let anew = self.layouts.iter().filter(|layout| layout.is_new);
+        let own = anew.flat_map(|own| &own.charts).filter(|charts| charts.surface == surface);
+        let groups: Vec<usize> = own.map(|charts| charts.group as usize).collect();
+        let has_uvs = |part: &Part| part.primitive.accessor("TEXCOORD_0").is_some();
+        let mut parts = surfaces[surface].parts.iter().enumerate();
+        !groups.is_empty() && parts.all(|(at, part)| groups.contains(&at) || !has_uvs(part))
+    }
+
+    /// The meshes whose levels are without UVs until they are unwrapped.
+    pub(crate) fn free_meshes(&self, surfaces: &[Geometry]) -> FxHashSet<usize> {
+        let free = surfaces.iter().zip(&self.is_free).filter(|(_, is_free)| **is_free);
+        free.flat_map(|(surface, _)| surface.meshes.iter().copied()).collect()
     }
 
     /// A plan with each image in the source's layout. Texels that several places use are made for the

@@ -7,6 +7,7 @@ use seamwise_texture::Error::Full;
 use seamwise_texture::{RepackOptions, Repacked, UvMesh, repack};
 
 use super::layout::{SourceReading, UvLayout};
+use super::unwrap::{Unwrapped, unwrap};
 use crate::error::{Error, Result};
 
 /// Padding between charts, as a share of the atlas's side.
@@ -18,21 +19,21 @@ const LEAST_PADDING: usize = 2;
 const MOST_TIMES: usize = 64;
 
 /// Lays the triangles of a layout out anew on a level, one entry per surface, in an atlas of `side`
-/// texels along each axis. `density` has the texels per length of each entry of its charts, 1 where it
+/// texels along each axis; those of free surfaces, which have no charts, are unwrapped first. `density` has the texels per length of each entry of its charts, 1 where it
 /// is empty, and `stretches` the lengths in the scene over those of each surface's mesh. Returns how many times larger the atlas must be to hold all charts.
 ///
 /// # Errors
 /// [`Error::Unsupported`] if no atlas holds them.
 pub(super) fn repack_charts(
     (layout, density): (&UvLayout, &[f64]),
-    levels: &mut [Level],
+    (levels, is_free): (&mut [Level], &[bool]),
     stretches: &[f64],
     side: usize,
 ) -> Result<usize> {
     for charts in &layout.charts {
         add_uvs(&mut levels[charts.surface].mesh);
     }
-    let gathered = Gathered::new(layout, levels, stretches);
+    let gathered = Gathered::new(layout, levels, stretches).unwrapped(is_free)?;
     let mesh = UvMesh {
         positions: &gathered.positions,
         uvs: &gathered.uvs,
@@ -120,11 +121,35 @@ impl Gathered {
         let position = mesh.positions[mesh.wedge_points[wedge]];
         self.positions.push(position * stretch as f32);
         self.uvs.push(match reading {
-            Some(reading) => reading.transform.transform_point2(mesh.uv(wedge, reading.uv_set)),
+            Some(reading) if reading.uv_set < mesh.layout.uv_sets => {
+                reading.transform.transform_point2(mesh.uv(wedge, reading.uv_set))
+            }
             None if mesh.layout.uv_sets > 0 => mesh.uv(wedge, 0),
-            None => Vec2::ZERO,
+            _ => Vec2::ZERO,
         });
         self.uvs.len() as u32 - 1
+    }
+
+    /// The triangles of free surfaces in charts of their own.
+    fn unwrapped(mut self, is_free: &[bool]) -> Result<Self> {
+        let own = (0..self.triangles.len()).filter(|&at| is_free[self.numbers[at].0]);
+        let own: Vec<usize> = own.collect();
+        if own.is_empty() {
+            return Ok(self);
+        }
+        let triangles: Vec<[u32; 3]> = own.iter().map(|&at| self.triangles[at]).collect();
+        let groups: Vec<u32> = own.iter().map(|&at| self.groups[at]).collect();
+        let Unwrapped { uvs, vertices, triangles } = unwrap(&self.positions, &triangles, &groups)?;
+        let first = self.uvs.len() as u32;
+        for (uv, vertex) in uvs.into_iter().zip(vertices) {
+            self.uvs.push(uv);
+            self.positions.push(self.positions[vertex as usize]);
+            self.wedges.push(self.wedges[vertex as usize]);
+        }
+        for (at, corners) in own.into_iter().zip(triangles) {
+            self.triangles[at] = corners.map(|corner| first + corner);
+        }
+        Ok(self)
     }
 
     /// Gives the levels the new layout: a wedge for each of its vertices.

@@ -22,19 +22,24 @@ pub(super) struct Tags {
     pub(super) charts: Vec<u32>,
 }
 
-/// The tags of the source, one entry per surface.
+/// The tags of the source, one entry per surface. Where levels are free of charts, parts stand for these.
 pub(super) fn source_tags(
     asset: &Asset,
     surfaces: &[Geometry],
     sets: &[Sets],
+    is_free: &[bool],
 ) -> Result<Vec<Tags>> {
-    let of = |(surface, sets): (&Geometry, &Sets)| {
+    let of = |((surface, sets), is_free): ((&Geometry, &Sets), &bool)| {
         let mesh = &surface.welded.mesh;
-        let charts = wedge_charts(mesh);
-        let charts = mesh.triangles.iter().map(|wedges| charts[wedges[0].index()]).collect();
+        let charts = if *is_free {
+            mesh.groups.clone()
+        } else {
+            let charts = wedge_charts(mesh);
+            mesh.triangles.iter().map(|wedges| charts[wedges[0].index()]).collect()
+        };
         Ok(Tags { tangents: source_tangents(asset, surface, sets)?, charts })
     };
-    surfaces.par_iter().zip(sets).map(of).collect()
+    surfaces.par_iter().zip(sets).zip(is_free).map(of).collect()
 }
 
 /// The tags of a level of each surface. `laid_out` are the same levels in their final layout.
@@ -42,12 +47,17 @@ pub(super) fn level_tags(
     surfaces: &[Geometry],
     levels: &[Level],
     laid_out: &[&Mesh],
-    sets: &[Sets],
+    (sets, is_free): (&[Sets], &[bool]),
 ) -> Result<Vec<Tags>> {
     let of = |index: usize| {
-        let (level, charts) = (&levels[index], wedge_charts(&surfaces[index].welded.mesh));
-        let chart = |wedges: &[WedgeId; 3]| charts[level.wedge_sources[wedges[0].index()].index()];
-        let charts = level.mesh.triangles.iter().map(chart).collect();
+        let level = &levels[index];
+        let charts = if is_free[index] {
+            level.mesh.groups.clone()
+        } else {
+            let charts = wedge_charts(&surfaces[index].welded.mesh);
+            let source = |wedge: WedgeId| level.wedge_sources[wedge.index()].index();
+            level.mesh.triangles.iter().map(|wedges| charts[source(wedges[0])]).collect()
+        };
         Ok(Tags { tangents: mesh_tangents(laid_out[index], &sets[index])?, charts })
     };
     (0..surfaces.len()).into_par_iter().map(of).collect()

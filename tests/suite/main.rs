@@ -12,6 +12,7 @@ mod cli;
 mod evaluate;
 mod far_away;
 mod formats;
+mod free;
 mod geomorph;
 mod golden;
 mod inputs;

@@ -37,6 +37,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use glam::{Affine2, Vec2, Vec3, Vec4};
 use image::{ColorType, DynamicImage};
 use rayon::prelude::*;
+use seamwise_attr::Mesh;
 
 use crate::error::Result;
 use crate::role::Role;
@@ -246,8 +247,7 @@ impl Job<'_> {
             let [a, b, c] = face.uvs.map(|uv| (uv * size).as_dvec2());
             let texels = (b - a).perp_dot(c - a).abs();
             let level = self.pairs[face.pair as usize].level.mesh;
-            let [a, b, c] = level.triangle_positions(face.triangle as usize);
-            let area = (b - a).as_dvec3().cross((c - a).as_dvec3()).length();
+            let area = 2.0 * surface_area(level, face.triangle as usize);
             if texels > 0.0 { (area / texels).sqrt() as f32 } else { 0.0 }
         };
         self.faces.iter().map(side).collect()
@@ -264,9 +264,28 @@ impl Job<'_> {
         let Some((reading, picture)) = reading.and_then(|r| Some((r, r.picture?))) else {
             return [own; 2];
         };
-        let mesh = self.pairs[face.pair as usize].level.mesh;
-        let wedges = mesh.triangles[face.triangle as usize];
-        let uvs = wedges.map(|w| reading.transform.transform_point2(mesh.uv(w, reading.uv_set)));
-        [area(uvs, picture.size()), own]
+        let Pair { source, level } = &self.pairs[face.pair as usize];
+        let read = |mesh: &Mesh, triangle: usize| {
+            let wedges = mesh.triangles[triangle];
+            wedges.map(|w| reading.transform.transform_point2(mesh.uv(w, reading.uv_set)))
+        };
+        let triangle = face.triangle as usize;
+        if reading.uv_set < level.mesh.layout.uv_sets {
+            return [area(read(level.mesh, triangle), picture.size()), own];
+        }
+        // A level without the source's UVs shows what lies there.
+        let [mut there, mut shown] = [0.0; 2];
+        for place in level.probes(triangle).iter().filter_map(|point| source.find(point, None)) {
+            there += area(read(source.side.mesh, place.triangle), picture.size());
+            shown += surface_area(source.side.mesh, place.triangle);
+        }
+        let density = if shown > 0.0 { there / shown } else { 0.0 };
+        [density * surface_area(level.mesh, triangle), own]
     }
+}
+
+/// The area of a triangle in space.
+fn surface_area(mesh: &Mesh, triangle: usize) -> f64 {
+    let [a, b, c] = mesh.triangle_positions(triangle).map(Vec3::as_dvec3);
+    0.5 * (b - a).cross(c - a).length()
 }

@@ -1,0 +1,103 @@
+//! Levels without the source's charts, unwrapped: does each texel belong to one place, and is the shape the
+//! better for it?
+
+use crate::common::assets::{all, cube, picture, textured, two_materials};
+use crate::common::output::Part;
+use crate::common::shapes::torus;
+use crate::common::{Baked, measured, unmeasured};
+use seamwise::bake::Input;
+use seamwise::bake::options::{BakeOptions, Targets, Textures};
+use seamwise::export::files::OutputOptions;
+use seamwise::transfer::{Atlas, Sizes, TransferOptions};
+use serde_json::json;
+
+/// Texels along the grid on which overlaps are looked for.
+const GRID: usize = 256;
+
+fn options(unwraps: bool, base: BakeOptions) -> BakeOptions {
+    let atlas = Atlas::New;
+    let own = TransferOptions { atlas, unwraps, sizes: Sizes::Scale(1.0), ..Default::default() };
+    let targets = Targets::ratios(vec![0.25]).expect("a ratio");
+    BakeOptions { targets, textures: Textures::Transfer(own), ..base }
+}
+
+/// The most triangles that one texel's centre lies in, but for their outlines.
+fn most_at_one_texel(parts: &[Part]) -> usize {
+    let mut counts = vec![0; GRID * GRID];
+    for part in parts {
+        for triangle in &part.triangles {
+            let [a, b, c] = triangle.map(|v| {
+                let uv = &part.uvs[v as usize];
+                [f64::from(uv[0]), f64::from(uv[1])].map(|x| x * GRID as f64)
+            });
+            let side = |[x0, y0]: [f64; 2], [x1, y1]: [f64; 2], [x, y]: [f64; 2]| {
+                (x1 - x0) * (y - y0) - (y1 - y0) * (x - x0)
+            };
+            let all = side(a, b, c);
+            for (at, count) in counts.iter_mut().enumerate() {
+                let p = [at % GRID, at / GRID].map(|x| x as f64 + 0.5);
+                let is_in = |x: f64| x / all > 1e-6;
+                *count += usize::from(
+                    is_in(side(a, b, p)) && is_in(side(b, c, p)) && is_in(side(c, a, p)),
+                );
+            }
+        }
+    }
+    counts.into_iter().max().unwrap_or(0)
+}
+
+#[test]
+fn each_texel_belongs_to_one_place() {
+    let names = ["torus", "seam_cube", "two_materials", "rigged"];
+    for (name, build) in all().into_iter().filter(|(name, _)| names.contains(name)) {
+        let level = Baked::bytes(name, &build.glb(), &options(true, unmeasured())).level(1);
+        let parts: Vec<Part> =
+            (0..level.gltf.meshes().len()).flat_map(|m| level.parts(m)).collect();
+        let uvs: Vec<&Vec<f32>> = parts.iter().flat_map(|part| &part.uvs).collect();
+        assert!(!uvs.is_empty() && uvs.iter().all(|uv| uv.iter().all(|x| (0.0..=1.0).contains(x))));
+        // Materials have images of their own.
+        let mut materials: Vec<Option<usize>> = parts.iter().map(|part| part.material).collect();
+        materials.dedup();
+        for material in materials {
+            let own = parts.iter().filter(|part| part.material == material);
+            assert_eq!(most_at_one_texel(&own.cloned().collect::<Vec<_>>()), 1, "{name}");
+        }
+    }
+}
+
+#[test]
+fn a_shape_that_charts_cut_is_nearer_without_them_and_looks_as_it_did() {
+    // A torus of one chart has two seams all around it.
+    let glb = textured(&torus(64, 24), &picture(128)).glb();
+    let [kept, free] = [false, true].map(|unwraps| {
+        let report = Baked::bytes("torus", &glb, &options(unwraps, measured())).report;
+        report.levels[0].metrics.expect("figures")
+    });
+    let (own, other) = (free.distance_rms, kept.distance_rms);
+    assert!(own < other, "{own} of {other}");
+    let [own, other] = [&free, &kept].map(|metrics| metrics.color_rms);
+    assert!(own < 1.1 * other + 0.002, "color {own} of {other}");
+}
+
+#[test]
+fn what_keeps_charts_on_a_surface_keeps_all_of_them() {
+    let mut build = two_materials(16);
+    // Its UVs have no texture to be laid out with.
+    let bare = json!({"name": "bare", "pbrMetallicRoughness": {"metallicFactor": 0.0}});
+    build.json["materials"][1] = bare;
+    let glb = build.glb();
+    let [kept, free] = [false, true].map(|unwraps| {
+        let baked = Baked::bytes("sheet", &glb, &options(unwraps, unmeasured()));
+        std::fs::read(baked.level_path(1)).expect("a level")
+    });
+    assert!(kept == free);
+}
+
+#[test]
+fn a_record_of_all_levels_needs_the_sources_charts() {
+    let mut own = options(true, unmeasured());
+    own.output = OutputOptions { progressive: true, ..OutputOptions::default() };
+    let glb = cube(4).glb();
+    let error = Baked::input(Input::Bytes(&glb, "cube"), &own).map(drop).expect_err("no record");
+    assert!(error.to_string().contains("--progressive"), "{error}");
+}
