@@ -4,6 +4,8 @@ use glam::DVec3;
 
 use seamwise::evaluate::camera::Camera;
 
+use super::place::numbers;
+
 /// A place, a point that is looked at, and a field of view.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct CameraArg {
@@ -25,8 +27,7 @@ const DEGREES: f64 = 40.0;
 
 /// Reads `x,y,z,x,y,z` or `x,y,z,x,y,z,degrees`.
 pub(crate) fn parse_camera(text: &str) -> std::result::Result<CameraArg, String> {
-    let numbers: Option<Vec<f64>> = text.split(',').map(|x| x.trim().parse().ok()).collect();
-    let numbers = numbers.filter(|own| own.iter().all(|x| x.is_finite())).unwrap_or_default();
+    let numbers = numbers(text).unwrap_or_default();
     let (place, degrees) = match numbers[..] {
         [.., degrees] if numbers.len() == 7 => (&numbers[..6], degrees),
         _ => (&numbers[..], DEGREES),

@@ -10,6 +10,7 @@ mod extract;
 mod goals;
 mod look;
 mod output;
+mod place;
 mod quadrics;
 mod reading;
 mod refine;

@@ -3,6 +3,9 @@
 use std::path::PathBuf;
 
 use clap::{ArgGroup, Args};
+use glam::DVec3;
+
+use super::place::parse_place;
 
 /// `seamwise refine`.
 #[derive(Debug, Args)]
@@ -24,10 +27,10 @@ pub(crate) struct RefineArgs {
     pub(crate) output: Option<PathBuf>,
     /// The place of the eye in the world.
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_place, allow_hyphen_values = true, requires = "target")]
-    pub(crate) eye: Option<[f32; 3]>,
+    pub(crate) eye: Option<DVec3>,
     /// The place that it looks at; +y is up.
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_place, allow_hyphen_values = true)]
-    pub(crate) target: Option<[f32; 3]>,
+    pub(crate) target: Option<DVec3>,
     /// The field of view from top to bottom, in degrees.
     #[arg(long, value_name = "D", default_value_t = 45.0)]
     pub(crate) fov: f32,
@@ -50,12 +53,4 @@ pub(crate) struct RefineArgs {
     /// Write what each frame has as JSON; - for standard output.
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
-}
-
-fn parse_place(text: &str) -> Result<[f32; 3], String> {
-    let all: Result<Vec<f32>, _> = text.split(',').map(|own| own.trim().parse()).collect();
-    let place = all.ok().and_then(|all| <[f32; 3]>::try_from(all).ok());
-    place
-        .filter(|own| own.iter().all(|x| x.is_finite()))
-        .ok_or_else(|| format!("{text} is no place: it is three numbers, as 0,1.5,-2"))
 }

@@ -9,6 +9,8 @@ use seamwise::bake::steering::{BorderLock, GrowCards, Importance, Order, Steerin
 use seamwise::error::Result;
 use seamwise_attr::{Eye, Placement, View};
 
+use super::place::{numbers, parse_place};
+
 /// Options of `seamwise bake` that steer the descent.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Steering the descent")]
@@ -62,10 +64,10 @@ pub(super) struct SteeringArgs {
     #[arg(long, value_name = "FILE")]
     importance_map: Option<PathBuf>,
     /// Keep more of what a camera at this place of the scene sees from its front.
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_place, allow_hyphen_values = true)]
     view_from: Option<DVec3>,
     /// Keep more of what is seen from its front by who looks along this direction.
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true, conflicts_with = "view_from")]
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_place, allow_hyphen_values = true, conflicts_with = "view_from")]
     view_along: Option<DVec3>,
     /// How many times more it counts.
     #[arg(long, default_value_t = 10.0, value_name = "W")]
@@ -162,9 +164,7 @@ fn parse_border_lock(text: &str) -> std::result::Result<BorderLock, String> {
         "all" => Ok(BorderLock::All),
         "sides" => Ok(BorderLock::Sides),
         _ => {
-            let parts: Option<Vec<f64>> = text.split(',').map(|x| x.trim().parse().ok()).collect();
-            let parts = parts.filter(|x| x.len() == 6 && x.iter().all(|x| x.is_finite()));
-            let parts = parts.ok_or_else(wrong)?;
+            let parts = numbers(text).filter(|own| own.len() == 6).ok_or_else(wrong)?;
             let (low, high) = (DVec3::from_slice(&parts), DVec3::from_slice(&parts[3..]));
             Ok(BorderLock::Box { low, high })
         }
@@ -180,15 +180,4 @@ enum GrowCardsName {
     On,
     /// None.
     Off,
-}
-
-/// Reads `0,1.5,-2`.
-fn parse_vector(text: &str) -> std::result::Result<DVec3, String> {
-    let parts: Vec<f64> = text.split(',').filter_map(|x| x.trim().parse().ok()).collect();
-    match parts[..] {
-        [x, y, z] if text.matches(',').count() == 2 && parts.iter().all(|x| x.is_finite()) => {
-            Ok(DVec3::new(x, y, z))
-        }
-        _ => Err(format!("{text} is no place like 0,1.5,-2")),
-    }
 }

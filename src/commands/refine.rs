@@ -101,7 +101,10 @@ fn cameras(args: &RefineArgs) -> Result<Vec<Camera>> {
     };
     let Some(path) = &args.path else {
         let place = args.eye.zip(args.target);
-        let place = place.map(|(eye, target)| Place { eye, target, fov: None });
+        let place = place.map(|(eye, target)| {
+            let [eye, target] = [eye, target].map(|own| own.as_vec3().to_array());
+            Place { eye, target, fov: None }
+        });
         return Ok(place.iter().map(of).collect::<Result<_, _>>()?);
     };
     let places: Vec<Place> = serde_json::from_slice(&read(path)?).map_err(|error| {
