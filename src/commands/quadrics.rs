@@ -7,8 +7,8 @@ use seamwise::evaluate::isosurfaces::draw_isosurfaces;
 use seamwise::export::disk::{refuse_overwriting, write_files};
 use seamwise::image_file::codec::encode;
 use seamwise::image_file::encoded::ImageFormat;
-use seamwise::quadrics::Quadrics;
 use seamwise::quadrics::glb::to_glb;
+use seamwise::quadrics::{COLORS, Quadrics};
 
 use super::console::{check_files, read_warned, say};
 use crate::cli::{Common, QuadricsArgs};
@@ -35,7 +35,7 @@ pub(crate) fn quadrics(args: &QuadricsArgs, common: Common) -> Result<usize> {
             Some(camera) => camera.camera(own.scene.origin),
             None => Rig::around(&own.scene, 1, side).cameras[0],
         };
-        let picture = draw_isosurfaces(&own.scene, &own.solids, &camera, side);
+        let picture = draw_isosurfaces(&own.scene, &own.solids, &COLORS, &camera, side);
         encode(&picture.into(), ImageFormat::Png)?.bytes.to_vec()
     };
     write_files(&[(output.clone(), bytes)])?;

@@ -6,9 +6,14 @@ use seamwise_attr::{Ellipsoid, PointQuadric, Ray};
 use seamwise_texture::color::srgb8_to_linear;
 
 use super::camera::Camera;
-use super::raster::View;
+use super::raster::{SAMPLES, View};
 use super::scene::Scene;
 use super::wireframe::{Overlay, clay, draw_under};
+
+/// Light of the outline of a solid over that within it: flat ones that lie side by side have one shade.
+const OUTLINE: f32 = 0.4;
+/// Width of an outline in pixels.
+const OUTLINE_WIDTH: f64 = 1.2;
 
 /// An ellipsoid to be drawn: where a quadric has a value.
 #[derive(Clone, Copy, Debug)]
@@ -19,14 +24,18 @@ pub struct Solid {
     pub value: f64,
     /// What that is.
     pub ellipsoid: Ellipsoid,
-    /// sRGB.
-    pub color: [u8; 3],
+    /// Its color, an index of those that it is drawn with.
+    pub color: usize,
 }
 
-/// Draws a scene's edges and the solids, one view of `resolution` pixels each way.
+/// Draws a scene's edges and the solids in `colors`, sRGB, one view of `resolution` pixels each way.
+///
+/// # Panics
+/// If a solid has a color beyond those.
 pub fn draw_isosurfaces(
     scene: &Scene,
     solids: &[Solid],
+    colors: &[[u8; 3]],
     camera: &Camera,
     resolution: usize,
 ) -> RgbImage {
@@ -35,29 +44,36 @@ pub fn draw_isosurfaces(
     let turn = DMat3::from_cols(camera.right, camera.up, camera.forward).transpose();
     let map = DAffine3 { matrix3: turn, translation: -(turn * camera.eye) };
     for solid in solids {
-        draw(&view, solid, &map, &mut overlay);
+        let color = Vec3::from_array(colors[solid.color].map(srgb8_to_linear));
+        draw(&view, solid, color, &map, &mut overlay);
     }
     draw_under(&view, &overlay)
 }
 
-fn draw(view: &View<'_>, solid: &Solid, map: &DAffine3, overlay: &mut Overlay) {
+fn draw(view: &View<'_>, solid: &Solid, color: Vec3, map: &DAffine3, overlay: &mut Overlay) {
     let Some(quadric) = solid.quadric.transformed(map) else { return };
-    let color = Vec3::from_array(solid.color.map(srgb8_to_linear));
     let center = map.transform_point3(solid.ellipsoid.center);
     let [columns, rows] = extent(view, center, map.matrix3 * solid.ellipsoid.map);
+    let hit = |at: DVec2| {
+        let ray = Ray { origin: DVec3::ZERO, direction: view.ray(at) };
+        Some((ray, quadric.intersect(&ray, solid.value)?))
+    };
+    let width = OUTLINE_WIDTH * SAMPLES as f64;
+    let beside = [DVec2::X, DVec2::Y, -DVec2::X, -DVec2::Y].map(|side| side * width);
     for y in rows[0]..rows[1] {
         for x in columns[0]..columns[1] {
-            let direction = view.ray(DVec2::new(x as f64 + 0.5, y as f64 + 0.5));
-            let ray = Ray { origin: DVec3::ZERO, direction };
-            let Some([near, far]) = quadric.intersect(&ray, solid.value) else { continue };
+            let at = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+            let Some((ray, [near, far])) = hit(at) else { continue };
             // From within, its far side is what is seen. Along a ray of depth 1 distances are depths.
             let depth = if near >= view.camera.near { near } else { far };
             if depth < view.camera.near {
                 continue;
             }
             let normal = quadric.gradient(ray.at(depth)).normalize_or_zero();
-            let facing = if normal.dot(direction) > 0.0 { -normal } else { normal };
-            overlay.put([x, y], depth, color * (1.3 * clay(facing)));
+            let facing = if normal.dot(ray.direction) > 0.0 { -normal } else { normal };
+            let is_rim = beside.iter().any(|side| hit(at + side).is_none());
+            let shade = if is_rim { OUTLINE } else { 1.0 };
+            overlay.put([x, y], depth, color * (1.3 * clay(facing) * shade));
         }
     }
 }
@@ -91,12 +107,14 @@ mod tests {
 
     use super::*;
 
+    const RED: [[u8; 3]; 1] = [[200, 30, 30]];
+
     fn solid(center: DVec3, half: DVec3) -> Solid {
         let [x, y, z] = (half * half).recip().to_array();
         let mut quadric = PointQuadric { a: [x, 0.0, 0.0, y, 0.0, z], ..PointQuadric::default() };
         quadric = quadric.transformed(&DAffine3::from_translation(center)).unwrap();
         let Isosurface::Ellipsoid(ellipsoid) = quadric.isosurface(1.0) else { panic!("closed") };
-        Solid { quadric, value: 1.0, ellipsoid, color: [200, 30, 30] }
+        Solid { quadric, value: 1.0, ellipsoid, color: 0 }
     }
 
     #[test]
@@ -104,7 +122,7 @@ mod tests {
         let camera = Camera::look_at(DVec3::Z * 5.0, DVec3::ZERO, 2.0 * 0.5f64.atan(), 0.1);
         let half = DVec3::new(1.5, 0.5, 1.0);
         let picture =
-            draw_isosurfaces(&Scene::default(), &[solid(DVec3::ZERO, half)], &camera, 100);
+            draw_isosurfaces(&Scene::default(), &[solid(DVec3::ZERO, half)], &RED, &camera, 100);
         let red = |x: u32, y: u32| picture.get_pixel(x, y).0[0] > picture.get_pixel(x, y).0[1] + 30;
         // The tangent from 5 away to an ellipse of half axes a and 1 is at a / √(25 − 1), of 0.5 half a frame.
         let reach = |half: f64| half / 24f64.sqrt() / 0.5 * 50.0;
@@ -125,7 +143,7 @@ mod tests {
             materials: vec![super::super::scene::Material::default()],
             ..Scene::default()
         };
-        let picture = draw_isosurfaces(&wall, &[solid(DVec3::ZERO, half)], &camera, 100);
+        let picture = draw_isosurfaces(&wall, &[solid(DVec3::ZERO, half)], &RED, &camera, 100);
         let red = |x: u32, y: u32| picture.get_pixel(x, y).0[0] > picture.get_pixel(x, y).0[1] + 30;
         assert!(red(50, 50), "its tip is before the wall");
         assert!(!red(70, 50), "and the rest behind it");
@@ -135,7 +153,8 @@ mod tests {
     fn one_around_the_eye_is_seen_from_within_and_one_behind_it_is_not() {
         let camera = Camera::look_at(DVec3::Z * 5.0, DVec3::ZERO, 1.0, 0.1);
         let draw = |center, half| {
-            let own = draw_isosurfaces(&Scene::default(), &[solid(center, half)], &camera, 16);
+            let solids = [solid(center, half)];
+            let own = draw_isosurfaces(&Scene::default(), &solids, &RED, &camera, 16);
             own.pixels().filter(|own| own.0[0] > own.0[1] + 20).count()
         };
         assert_eq!(draw(DVec3::Z * 5.0, DVec3::splat(2.0)), 256);

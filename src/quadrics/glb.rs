@@ -79,8 +79,7 @@ pub fn to_glb(quadrics: &Quadrics) -> Result<Vec<u8>> {
     let mut nodes = vec![json!({"name": "surface", "mesh": 0})];
     let mut groups: BTreeMap<usize, Vec<&Solid>> = BTreeMap::new();
     for solid in &quadrics.solids {
-        let color = COLORS.iter().position(|own| *own == solid.color).unwrap_or(0);
-        groups.entry(color).or_default().push(solid);
+        groups.entry(solid.color).or_default().push(solid);
     }
     for (color, solids) in groups {
         let name = format!("ellipsoids {} of {}, from flat to round", color + 1, COLORS.len());

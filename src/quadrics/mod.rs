@@ -26,15 +26,16 @@ const WIDTH: f64 = 0.25;
 /// out: they would hide all others.
 const REACH: f64 = 0.05;
 const REACH_IN_EDGES: f64 = 3.0;
-/// Colors, from flat to round, sRGB: eight steps of viridis (van der Walt and Smith), which is as clear in gray.
-pub(crate) const COLORS: [[u8; 3]; 8] = [
-    [0x44, 0x01, 0x54],
-    [0x46, 0x32, 0x7e],
-    [0x36, 0x5c, 0x8d],
-    [0x27, 0x7f, 0x8e],
-    [0x1f, 0xa1, 0x87],
-    [0x4a, 0xc1, 0x6d],
-    [0xa0, 0xda, 0x39],
+/// Colors, from flat to round, sRGB: ten steps of viridis (van der Walt and Smith), which is as clear in gray,
+/// without the first two, in which no shape is seen.
+pub const COLORS: [[u8; 3]; 8] = [
+    [0x3e, 0x4a, 0x89],
+    [0x31, 0x68, 0x8e],
+    [0x26, 0x82, 0x8e],
+    [0x1f, 0x9e, 0x89],
+    [0x35, 0xb7, 0x79],
+    [0x6d, 0xcd, 0x59],
+    [0xb4, 0xde, 0x2c],
     [0xfd, 0xe7, 0x25],
 ];
 /// The thickness over the width of an ellipsoid of the first color, or flatter.
@@ -215,7 +216,7 @@ fn solids(placed: &[Placed], epsilon: f64, reach: f64) -> (Vec<Solid>, Census) {
             Isosurface::Ellipsoid(own) if own.half_axes.z > reach => census.wide += 1,
             Isosurface::Ellipsoid(ellipsoid) => {
                 census.drawn += 1;
-                let color = COLORS[color(&ellipsoid)];
+                let color = color(&ellipsoid);
                 solids.push(Solid { quadric: own.quadric, value: epsilon, ellipsoid, color });
             }
         }
