@@ -2,6 +2,7 @@
 
 pub mod alpha;
 pub mod charts;
+pub(crate) mod fill_picture;
 mod repair;
 pub(crate) mod seams;
 

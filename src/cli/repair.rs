@@ -97,8 +97,10 @@ pub(crate) struct RepairArgs {
     pub(crate) diff: Option<PathBuf>,
     /// Draw the levels of the fill: each after the pull and after the push, with its weights.
     ///
-    /// Of one input; several images have numbers as with --diff.
-    #[arg(long, value_name = "FILE.png")]
+    /// Into one picture, or into a folder with a file for each: DIR/0_pull.png is of the image itself,
+    /// DIR/0_pull_weights.png has how far its texels count. Of one input; several images have numbers as with
+    /// --diff.
+    #[arg(long, value_name = "FILE.png|DIR")]
     pub(crate) pyramid: Option<PathBuf>,
     /// Scale the result down, to 1/2, 1/4 and so on along each axis.
     ///

@@ -65,6 +65,13 @@ impl Asset {
         }
     }
 
+    /// The name of an image, or that of its file, if it has either.
+    pub(crate) fn image_name(&self, index: usize) -> Option<&str> {
+        let image = self.json.pointer(&format!("/images/{index}"))?;
+        let field = |key: &str| image.get(key).and_then(Value::as_str);
+        field("name").or_else(|| field("uri").filter(|uri| !uri.starts_with("data:")))
+    }
+
     /// Warns of every image whose file was not there.
     pub(crate) fn warn_of_missing_images(&mut self) {
         let missing = self.images.iter().enumerate().filter(|(_, image)| image.is_missing());

@@ -4,19 +4,15 @@ use image::{Rgb, RgbImage, imageops};
 
 use super::camera::Camera;
 use super::heat::difference_map;
-use super::label::write;
+use super::label::{head, write_head};
 use super::render::{Image, render};
 use super::scene::{Mode, Scene};
 use super::wireframe::draw_wireframe;
 
 /// Pixels between pictures.
 const GAP: u32 = 4;
-/// Pixels above each picture, for its name.
-const HEAD: u32 = 14;
 /// Color between pictures: a little darker than the background of a render.
 const GAP_COLOR: Rgb<u8> = Rgb([96; 3]);
-/// Color of names.
-const INK: Rgb<u8> = Rgb([255; 3]);
 /// Views of fewer pixels are shown larger, pixel by pixel: what mip maps do to a seam shows there.
 const LEAST_SIDE: u32 = 256;
 
@@ -140,15 +136,15 @@ fn title(own: &Subject<'_>) -> String {
 
 fn lay_out(rows: &[Vec<Cell>], side: u32) -> RgbImage {
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0) as u32;
-    let (width, height) = (side + GAP, side + GAP + HEAD);
+    let (width, height) = (side + GAP, side + GAP + head(side));
     let size = (columns * width + GAP, rows.len() as u32 * height + GAP);
     let mut sheet = RgbImage::from_pixel(size.0, size.1, GAP_COLOR);
     for (y, row) in (0..).zip(rows) {
         for (x, (name, picture)) in (0..).zip(row) {
             let (left, top) = (x * width + GAP, y * height + GAP);
-            write(&mut sheet, name, [left, top + 2], side, INK);
+            write_head(&mut sheet, name, [left, top], side);
             let picture = imageops::resize(picture, side, side, imageops::FilterType::Nearest);
-            imageops::replace(&mut sheet, &picture, i64::from(left), i64::from(top + HEAD));
+            imageops::replace(&mut sheet, &picture, i64::from(left), i64::from(top + head(side)));
         }
     }
     sheet

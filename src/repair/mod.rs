@@ -14,7 +14,6 @@
 
 mod background;
 mod channels;
-mod diff;
 mod find;
 mod layers;
 pub mod options;
@@ -27,25 +26,26 @@ mod sources;
 
 use std::path::{Path, PathBuf};
 
-use image::{DynamicImage, ImageFormat};
+use image::{DynamicImage, ImageFormat, RgbImage};
 use seamwise_texture::{Role, Validity, Wrap, seen_texels};
-use serde_json::Value;
 
 use crate::atlas::alpha::coverage_note;
+use crate::atlas::fill_picture::draw_fill;
 use crate::atlas::{ImageRepair, Repaired, encode_repaired, repair_all_with};
 use crate::document::asset::Asset;
 use crate::error::{Error, Result};
 use crate::export::disk::{check_writable, refuse_overwriting, write_files};
 use crate::export::glb::to_glb;
-use crate::image_file::codec::{EncodeOptions, detect_format};
+use crate::image_file::codec::{EncodeOptions, detect_format, encode};
 use crate::image_file::encoded::{self, EncodedImage};
 use crate::image_file::metadata::png_widening;
 use crate::image_file::picture::{LOSSLESSLY, reencoded};
 use crate::import::foreign::refuse_foreign;
 use crate::import::options::folder_of;
 use crate::import::read_bytes_with;
-use crate::report::repair::{ImageReport, RepairReport};
+use crate::report::repair::{ImageReport, LevelPicture, RepairReport};
 use options::{Background, RepairOptions};
+use pyramid::Pyramid;
 use set::Shared;
 
 /// How a picture is read beyond its edges, as nothing tells otherwise.
@@ -98,6 +98,27 @@ pub fn repair_file(input: &Path, output: &Path, options: &RepairOptions) -> Resu
     repair_map(input, output, options, None)
 }
 
+/// Checks that the output and what is drawn of it can be written and have the names of what they are.
+fn check_drawn(output: &Path, options: &RepairOptions) -> Result<()> {
+    let RepairOptions { diff, pyramid, .. } = options;
+    let refuse = |path: &Path, what: &str| {
+        Err(Error::Options { what: format!("{}: {what}", path.display()) })
+    };
+    if let Some(path) = diff.as_ref().filter(|path| !is_named(path, &["png"])) {
+        return refuse(path, "what was filled is drawn to a .png");
+    }
+    let mut written = vec![output.to_owned()];
+    written.extend(diff.clone());
+    if let Some(path) = pyramid {
+        let is_file = is_named(path, &["png"]);
+        if !is_file && path.extension().is_some() && !path.is_dir() {
+            return refuse(path, "levels of the fill are drawn to a .png, or into a folder");
+        }
+        written.push(if is_file { path.clone() } else { path.join("0_pull.png") });
+    }
+    check_writable(&written)
+}
+
 /// As [`repair_file`], of a picture that is one of a set if that has a background.
 fn repair_map(
     input: &Path,
@@ -111,16 +132,7 @@ fn repair_map(
         read.try_for_each(|read| refuse_overwriting(read, outputs))
     };
     refuse(&[output.to_owned()])?;
-    let drawn = [options.diff.as_deref(), options.pyramid.as_deref()];
-    let written = [Some(output)].into_iter().chain(drawn).flatten();
-    check_writable(&written.map(Path::to_owned).collect::<Vec<_>>())?;
-    let what = ["what was filled is", "levels of the fill are"];
-    for (path, what) in drawn.into_iter().zip(what) {
-        if let Some(path) = path.filter(|path| !is_named(path, &["png"])) {
-            let what = format!("{}: {what} drawn to a .png", path.display());
-            return Err(Error::Options { what });
-        }
-    }
+    check_drawn(output, options)?;
     let bytes = if is_named(input, &["gltf", "glb"]) {
         std::fs::read(input).map_err(|error| Error::io(input, error))?
     } else {
@@ -192,18 +204,26 @@ impl Job<'_> {
 
     /// The picture of what was filled, if it is asked for; `kept` are the other texels.
     fn diff(&self, texels: &DynamicImage, kept: &Validity) -> Result<Option<Vec<u8>>> {
-        self.options.diff.is_some().then(|| diff::diff_png(texels, kept)).transpose()
+        let draw = || png(draw_fill(texels, kept));
+        self.options.diff.is_some().then(draw).transpose()
     }
 
-    /// The picture of the levels of the fill, if it is asked for.
+    /// The pictures of the levels of the fill, if they are asked for: one of all, or one each in a folder.
     fn pyramid(
         &self,
         texels: &DynamicImage,
         kept: &Validity,
         role: Option<Role>,
-    ) -> Result<Option<Vec<u8>>> {
-        let draw = || pyramid::pyramid_png(texels, kept, role);
-        self.options.pyramid.is_some().then(draw).transpose()
+    ) -> Result<Vec<LevelPicture>> {
+        let Some(path) = &self.options.pyramid else { return Ok(Vec::new()) };
+        let pyramid = Pyramid::of(texels, kept, role);
+        let pictures = match is_named(path, &["png"]) {
+            true => vec![(String::new(), pyramid.sheet())],
+            false => pyramid.pictures(),
+        };
+        let encoded =
+            pictures.into_iter().map(|(name, own)| Ok(LevelPicture { name, png: png(own)? }));
+        encoded.collect()
     }
 
     fn asset(&self, bytes: &[u8]) -> Result<(Vec<u8>, RepairReport)> {
@@ -239,13 +259,14 @@ impl Job<'_> {
     }
 }
 
+fn png(picture: RgbImage) -> Result<Vec<u8>> {
+    Ok(encode(&picture.into(), encoded::ImageFormat::Png)?.bytes.to_vec())
+}
+
 /// The report of an image of an asset, which is called by its place and its name.
 fn asset_image(asset: &Asset, repair: &ImageRepair, options: &RepairOptions) -> ImageReport {
     let RepairOptions { encoding, footprint, .. } = *options;
-    let at = format!("/images/{}", repair.image);
-    let field = |key: &str| asset.json.pointer(&at)?.get(key).and_then(Value::as_str);
-    let uri = || field("uri").filter(|uri| !uri.starts_with("data:"));
-    let name = field("name").or_else(uri).unwrap_or_default();
+    let name = asset.image_name(repair.image).unwrap_or_default();
     let mut report = ImageReport {
         name: format!("{} {name}", repair.image).trim_end().to_owned(),
         role: repair.role,

@@ -78,9 +78,8 @@ fn draw_one(
     limit: MemoryLimit,
 ) -> Result<TexturePicture> {
     let texels = decode(image, &format!("/images/{index}"), limit)?;
-    let name = level.json.pointer(&format!("/images/{index}/name")).and_then(|name| name.as_str());
     Ok(TexturePicture {
-        name: name.map_or_else(|| format!("Image {index}"), str::to_owned),
+        name: level.image_name(index).map_or_else(|| format!("Image {index}"), str::to_owned),
         size: [texels.width(), texels.height()],
         bytes: image.bytes.len(),
         picture: Picture::new(&thumbnail(&texels))?,

@@ -47,8 +47,17 @@ pub struct ImageReport {
     pub notes: Vec<String>,
     /// A PNG of what was filled, if it was asked for.
     pub diff: Option<Vec<u8>>,
-    /// A PNG of the levels of the fill, if it was asked for.
-    pub pyramid: Option<Vec<u8>>,
+    /// The levels of the fill, if they were asked for.
+    pub pyramid: Vec<LevelPicture>,
+}
+
+/// A picture of a level of a fill.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LevelPicture {
+    /// The name of its file without the extension; empty if it is of all levels.
+    pub name: String,
+    /// The picture as a PNG.
+    pub png: Vec<u8>,
 }
 
 impl ImageReport {
@@ -107,27 +116,39 @@ impl RepairReport {
     /// The pictures of what was filled, as files: `path` if there is one, otherwise each with the
     /// number of its image before the extension.
     pub fn diffs(&self, path: &Path) -> Vec<(PathBuf, Vec<u8>)> {
-        self.pictures(path, |image| image.diff.clone())
+        let paths = self.paths(path, |image| image.diff.is_some());
+        paths.filter_map(|(path, image)| Some((path, image.diff.clone()?))).collect()
     }
 
-    /// The pictures of the levels of the fill, as files named alike.
+    /// The pictures of the levels of the fill, as files named alike, or in folders if they have names.
     pub fn pyramids(&self, path: &Path) -> Vec<(PathBuf, Vec<u8>)> {
-        self.pictures(path, |image| image.pyramid.clone())
+        let file = |path: &Path, own: &LevelPicture| match own.name.as_str() {
+            "" => path.to_owned(),
+            name => path.join(format!("{name}.png")),
+        };
+        let paths = self.paths(path, |image| !image.pyramid.is_empty());
+        let files = paths.flat_map(|(path, image)| {
+            image.pyramid.iter().map(move |own| (file(&path, own), own.png.clone()))
+        });
+        files.collect()
     }
 
-    fn pictures(
+    /// The images with a picture, and the place of each: `path` if there is one.
+    fn paths(
         &self,
         path: &Path,
-        drawn: fn(&ImageReport) -> Option<Vec<u8>>,
-    ) -> Vec<(PathBuf, Vec<u8>)> {
-        let drawn: Vec<_> = self.images.iter().map(drawn).enumerate().collect();
-        let several = drawn.iter().filter(|(_, png)| png.is_some()).count() > 1;
-        let name = |index: usize| {
+        is_drawn: fn(&ImageReport) -> bool,
+    ) -> impl Iterator<Item = (PathBuf, &ImageReport)> {
+        let drawn = self.images.iter().enumerate().filter(move |(_, image)| is_drawn(image));
+        let several = drawn.clone().count() > 1;
+        let place = move |(index, image)| {
             let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-            let name = format!("{stem}_{index}.png");
-            if several { path.with_file_name(name) } else { path.to_owned() }
+            let ending =
+                path.extension().map_or(String::new(), |own| format!(".{}", own.display()));
+            let name = format!("{stem}_{index}{ending}");
+            (if several { path.with_file_name(name) } else { path.to_owned() }, image)
         };
-        drawn.into_iter().filter_map(|(index, png)| Some((name(index), png?))).collect()
+        drawn.map(place)
     }
 
     /// The report for people.

@@ -51,8 +51,7 @@ KEY, SKY, GROUND = 0.55, 0.45, 0.15
 KEY_DIRECTION = (-0.4, 0.6, -1.0)  # to the key: right, up, forward
 DIELECTRIC = 0.04
 BACKGROUND = 0.21404114
-# Pixels between the pictures of a sheet, and above each, for its name.
-GAP, HEAD = 4, 14
+GAP = 4  # pixels between the pictures of a sheet
 GRAY = 0.8
 
 
@@ -102,9 +101,10 @@ class Ours:
 def read_sheet(path, views, side):
     """Per column its pictures without the differences below them: views × side × side × 3."""
     pixels = np.array(mi.Bitmap(str(path)))[..., :3] / 255.0
-    width, height = side + GAP, side + GAP + HEAD
+    head = 6 + 8 * max(1, side // 256)  # above each, for its name
+    width, height = side + GAP, side + GAP + head
     columns = (pixels.shape[1] - GAP) // width
-    at = lambda row, column: pixels[GAP + HEAD + row * height :, GAP + column * width :][:side, :side]
+    at = lambda row, column: pixels[GAP + head + row * height :, GAP + column * width :][:side, :side]
     return [np.stack([at(2 * v, c) for v in range(views)]) for c in range(columns)]
 
 

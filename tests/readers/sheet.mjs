@@ -4,7 +4,8 @@ import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 
 const GAP = 4; // pixels between pictures
-const HEAD = 14; // pixels above each, for its name
+// Pixels above a picture, for its name: letters of 8 by 8 dots.
+const head = (side) => 6 + 8 * Math.max(1, Math.floor(side / 256));
 
 // Draws a file beside itself with more options: the sheet as a data URL, the views' cameras, and where the
 // picture of each view begins in the first column. Below each view is a row of differences.
@@ -14,6 +15,6 @@ export function drawSheet(tool, folder, file, { views, side, options = [] }) {
     '--resolution', side, '--sheet', sheet, '--sheet-views', views, '--json', report],
   { stdio: ['ignore', 'ignore', 'inherit'] });
   const cameras = JSON.parse(readFileSync(report)).views;
-  const places = cameras.map((_, view) => [GAP, GAP + HEAD + 2 * view * (side + GAP + HEAD)]);
+  const places = cameras.map((_, view) => [GAP, GAP + head(side) + 2 * view * (side + GAP + head(side))]);
   return { url: `data:image/png;base64,${readFileSync(sheet).toString('base64')}`, cameras, places };
 }

@@ -220,6 +220,18 @@ fn the_levels_of_a_fill_are_drawn_beside_its_result() {
         (4 * 260 + 4, 7 * 274 + 4),
         "from 64 texels to one"
     );
+    let ran = stage.run(&[&repair[..], &["--pyramid", "levels"]].concat());
+    assert_eq!(ran.code, 0, "{}", ran.stderr);
+    assert_eq!(std::fs::read_dir(stage.path("levels")).unwrap().count(), 7 * 4);
+    let picture = |name: &str| image::open(stage.path("levels").join(name)).unwrap().to_rgb8();
+    let (filled, result) = (picture("0_push.png"), image::open(stage.path("out.png")).unwrap());
+    assert_eq!((filled.dimensions(), picture("6_push.png").dimensions()), ((64, 32), (1, 1)));
+    let result = result.to_rgb8();
+    for (x, y, own) in filled.enumerate_pixels() {
+        let is_kept = x < 20 && y > 4;
+        let same = own.0.iter().zip(result.get_pixel(x, y).0).all(|(a, b)| a.abs_diff(b) <= 1);
+        assert!(if is_kept { same } else { own.0[2] < 200 }, "{x}, {y}: {own:?}");
+    }
     let wrong = stage.run(&[&repair[..], &["--pyramid", "levels.jpg"]].concat());
     assert!(wrong.code == 2 && wrong.stderr.contains(".png"), "{}", wrong.stderr);
 }
