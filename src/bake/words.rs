@@ -35,8 +35,14 @@ pub(super) fn option_words(options: &BakeOptions) -> Vec<String> {
     };
     let screen = &options.screen;
     let screen = format!(
-        "sizes for a screen of {} × {} pixels, {}° high, and {} pixels of tolerance",
-        screen.width, screen.height, screen.field_of_view_degrees, screen.pixel_tolerance
+        "sizes for a screen of {} × {} pixels, {}° high, and {} of tolerance",
+        screen.width,
+        screen.height,
+        screen.field_of_view_degrees,
+        match screen.pixel_tolerance {
+            1.0 => "1 pixel".to_owned(),
+            pixels => format!("{pixels} pixels"),
+        }
     );
     vec![levels, budget.to_owned(), polish.to_owned(), textures.to_owned(), screen]
 }

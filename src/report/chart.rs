@@ -16,6 +16,8 @@ const PLOT: [f64; 4] = [40.0, 14.0, 274.0, 154.0];
 const PAD: [f64; 2] = [0.25, 0.65];
 /// Width of a digit of a label.
 const DIGIT: f64 = 6.2;
+/// Between two labels, beside each other.
+const APART: f64 = 4.0;
 /// Colors that the page has for series, `--series-0` and so on; more series share them.
 pub(super) const COLORS: usize = 6;
 /// Dashes that series of the same color have, one after the other.
@@ -272,7 +274,7 @@ fn draw_labels(
             let space = [x + 6.0, base - 9.0, x + 6.0 + width, base + 2.0];
             let is_inside = space[2] <= SIZE[0] && base <= PLOT[3] + 1.0;
             if is_inside && taken.iter().all(|other| apart(&space, other)) {
-                taken.push(space);
+                taken.push([space[0] - APART, space[1], space[2] + APART, space[3]]);
                 let x = space[0];
                 put(
                     svg,

@@ -9,8 +9,10 @@ use seamwise_texture::Role;
 
 use super::chart::{COLORS, Chart};
 use super::choices::choice_rows;
+use super::columns::size;
 use super::cost::{Bar, counted, machine, timing_bars};
 use super::figures::{Measured, charts, file_name, series_of, short_names, solids};
+use super::frame::{CHARTS, Frame};
 use super::level_textures::TexturePictures;
 use super::meshes::mesh_rows;
 use super::pictures::{AtlasPicture, AtlasPictures, Gallery, Picture};
@@ -43,21 +45,14 @@ pub struct Extras {
     pub(crate) options: Vec<String>,
 }
 
-/// The style of charts and tables.
-pub(super) const CHART_STYLE: &str = include_str!("chart.css");
-
 /// Most mip levels in the table of an atlas: what is read of smaller ones, little is seen of.
 const MOST_MIPS: usize = 5;
 
 #[derive(Template)]
 #[template(path = "page.html")]
 struct Page<'a> {
-    title: String,
+    frame: Frame,
     facts: Vec<String>,
-    version: &'static str,
-    base_style: &'static str,
-    viewer_style: &'static str,
-    chart_style: &'static str,
     viewer: String,
     header: [String; COLUMNS],
     rows: Vec<Row>,
@@ -65,8 +60,7 @@ struct Page<'a> {
     options: &'a [String],
     meshes: Vec<Vec<String>>,
     choices: Vec<Vec<String>>,
-    warnings: Vec<String>,
-    notes: Vec<String>,
+    notes: Vec<Note>,
     charts: Vec<Chart>,
     perfect: Vec<&'static str>,
     solids: Vec<[String; 5]>,
@@ -99,6 +93,12 @@ impl Row {
         }
         Self { cells, color: color.map(|color| color % COLORS) }
     }
+}
+
+/// A line below the table.
+struct Note {
+    is_warning: bool,
+    text: String,
 }
 
 /// A scene in the contact sheets.
@@ -148,25 +148,32 @@ pub fn bake_page(report: &BakeReport, extras: &Extras) -> Result<String> {
         .chain(levels().map(|(index, level)| (format!("level {}", index + 1), level.triangles)));
     let viewer = extras.viewer.as_ref().map(Viewer::to_html).transpose()?;
     render(&Page {
-        title: file_name(&input.file),
-        viewer_style: if viewer.is_some() { viewer::STYLE } else { "" },
+        frame: frame(&input.file, viewer.is_some()),
         viewer: viewer.unwrap_or_default(),
         facts: vec![
             format!("{} triangles", grouped(input.triangles)),
             counted(report.levels.len(), "level"),
             counted(input.meshes, "mesh"),
+            match input.texture_bytes {
+                0 => format!("a file of {}", size(input.bytes)),
+                bytes => {
+                    format!("a file of {}, {} of textures", size(input.bytes), size(bytes as u64))
+                }
+            },
         ],
         rows: report.rows().into_iter().map(|cells| Row::new(cells, None)).collect(),
         header: header("level"),
-        warnings: lines(&report.warnings),
-        notes: [
-            report.cleaned(),
-            report.misses(),
-            report.goals(),
-            report.needless(),
-            report.far_off(),
-        ]
-        .concat(),
+        notes: notes(
+            &report.warnings,
+            [
+                report.cleaned(),
+                report.misses(),
+                report.goals(),
+                report.needless(),
+                report.far_off(),
+            ]
+            .concat(),
+        ),
         charts: imperfect(&measured),
         perfect: perfect(&measured),
         solids: solids(&measured),
@@ -223,12 +230,11 @@ pub fn evaluate_page(report: &EvaluateReport, gallery: &Gallery) -> Result<Strin
         facts.push("base color alone, without light".to_owned());
     }
     render(&Page {
-        title: file_name(&reference.file),
+        frame: frame(&reference.file, false),
         facts,
         rows: report.rows().into_iter().zip(&short).zip(own_colors).map(row).collect(),
         header: header("file"),
-        warnings: lines(&report.warnings),
-        notes: report.complaints(),
+        notes: notes(&report.warnings, report.complaints()),
         charts: imperfect(&charted),
         perfect: perfect(&charted),
         solids: solids(&charted),
@@ -253,6 +259,12 @@ fn perfect(measured: &[Measured<'_>]) -> Vec<&'static str> {
     all.map(|chart| chart.title).collect()
 }
 
+/// The frame of the page of a file, with or without the interactive view.
+fn frame(file: &str, has_viewer: bool) -> Frame {
+    let viewer_style = if has_viewer { viewer::STYLE } else { "" };
+    Frame::new(file_name(file), &[viewer_style, CHARTS])
+}
+
 fn render(page: &Page<'_>) -> Result<String> {
     page.render().map_err(Error::internal)
 }
@@ -274,12 +286,8 @@ impl<'a> Page<'a> {
             differences: scenes.iter().filter_map(|scene| scene.differences.get(view)).collect(),
         };
         Self {
-            title: String::new(),
+            frame: Frame::new("", &[]),
             facts: Vec::new(),
-            version: env!("CARGO_PKG_VERSION"),
-            base_style: viewer::BASE_STYLE,
-            viewer_style: "",
-            chart_style: CHART_STYLE,
             viewer: String::new(),
             header: header(""),
             rows: Vec::new(),
@@ -287,7 +295,6 @@ impl<'a> Page<'a> {
             options: &[],
             meshes: Vec::new(),
             choices: Vec::new(),
-            warnings: Vec::new(),
             notes: Vec::new(),
             charts: Vec::new(),
             perfect: Vec::new(),
@@ -307,8 +314,30 @@ impl<'a> Page<'a> {
     }
 }
 
-fn lines(warnings: &Warnings) -> Vec<String> {
-    warnings.iter().map(ToString::to_string).collect()
+/// Warnings, then lines of the summary, as sentences.
+fn notes(warnings: &Warnings, lines: Vec<String>) -> Vec<Note> {
+    let warning = |text: &str| Note { is_warning: true, text: sentence(text) };
+    let line = |line: String| match line.strip_prefix("warning: ") {
+        Some(text) => warning(text),
+        None => Note { is_warning: false, text: sentence(&line) },
+    };
+    let first = warnings.iter().map(|own| warning(&own.to_string()));
+    first.chain(lines.into_iter().map(line)).collect()
+}
+
+/// A line with a capital at its beginning, unless that is a name, and a stop at its end.
+fn sentence(line: &str) -> String {
+    let mut text = line.to_owned();
+    let first = line.split(' ').next().unwrap_or_default();
+    if first.bytes().all(|byte| byte.is_ascii_lowercase())
+        && let Some(head) = text.get_mut(..1)
+    {
+        head.make_ascii_uppercase();
+    }
+    if !text.ends_with(['?', '.']) {
+        text.push('.');
+    }
+    text
 }
 
 /// The colors of the heat map at its corners, with what they mean.
@@ -333,6 +362,7 @@ fn atlas_block(atlas: &AtlasPicture) -> AtlasBlock<'_> {
         Some(Role::Data) => ", data",
         None => "",
     };
+    let name = atlas.name.clone().unwrap_or_else(|| format!("Image {}", atlas.image));
     let [width, height] = atlas.size;
     let share = 100.0 * atlas.covered as f64 / (width * height).max(1) as f64;
     let (covered, filled) = (grouped(atlas.covered), grouped(atlas.filled));
@@ -349,7 +379,7 @@ fn atlas_block(atlas: &AtlasPicture) -> AtlasBlock<'_> {
         ]
     });
     AtlasBlock {
-        title: format!("Image {}{role}, {width} × {height}", atlas.image),
+        title: format!("{name}{role}, {width} × {height}"),
         detail,
         mips: mips.collect(),
         atlas,

@@ -7,6 +7,7 @@ mod cost;
 mod csv;
 mod farthest;
 pub mod figures;
+mod frame;
 pub mod goal;
 pub mod html;
 pub(crate) mod level_textures;

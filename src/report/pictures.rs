@@ -9,8 +9,9 @@ use image::codecs::png::{self, CompressionType, PngEncoder};
 use image::imageops::{FilterType, resize};
 use image::{DynamicImage, RgbImage};
 use rayon::prelude::*;
-use seamwise_texture::{Footprint, MipReads, Role, Validity};
+use seamwise_texture::{Footprint, MipReads, Role, seen_texels};
 
+use crate::atlas::fill_picture::draw_fill;
 use crate::atlas::{ImageRepair, LeftAlone, Repaired};
 use crate::document::asset::Asset;
 use crate::error::{Error, Result};
@@ -162,6 +163,8 @@ pub struct AtlasPictures {
 pub struct AtlasPicture {
     /// Its index among the document's images.
     pub image: usize,
+    /// Its name, if it has one.
+    pub name: Option<String>,
     /// The meaning of its texels.
     pub role: Option<Role>,
     /// Width and height in texels.
@@ -174,8 +177,10 @@ pub struct AtlasPicture {
     pub remaining: usize,
     /// The counts of texels that filtering inside the charts read before, at each mip level.
     pub reads: Vec<MipReads>,
-    /// The image as it came, with hatches over its invalid texels.
+    /// The image as it came.
     pub before: Picture,
+    /// What was filled in color, all else in dim gray.
+    pub fill: Picture,
     /// The image as it is now.
     pub after: Picture,
 }
@@ -188,7 +193,7 @@ impl AtlasPicture {
     }
 }
 
-/// Draws the repaired images of an asset, as they were and as they are.
+/// Draws the repaired images of an asset: as they were, what was filled, and as they are.
 ///
 /// # Errors
 /// [`Error::Invalid`] if an image is damaged or takes more memory than `limit`.
@@ -221,17 +226,22 @@ fn draw_atlas(
     let at = format!("/images/{}", repair.image);
     let before = decode(&asset.images[repair.image], &at, limit)?;
     let validity = &repaired.validity;
-    let mut marked = thumbnail(&before);
-    hatch(&mut marked, validity);
+    let mut kept = validity.clone();
+    if repaired.outcome.hidden > 0 {
+        kept.intersect(&seen_texels(&repaired.texels));
+    }
+    let fill = draw_fill(&repaired.texels, &kept).into();
     Ok(AtlasPicture {
         image: repair.image,
+        name: asset.image_name(repair.image).map(str::to_owned),
         role: repair.role,
         size: [validity.width(), validity.height()],
         covered: validity.valid(),
         filled: repaired.outcome.filled,
         remaining: repaired.outcome.remaining,
         reads: repaired.reads(Footprint::default()).mips,
-        before: Picture::new(&marked)?,
+        before: Picture::new(&thumbnail(&before))?,
+        fill: Picture::new(&thumbnail(&fill))?,
         after: Picture::new(&thumbnail(&repaired.texels))?,
     })
 }
@@ -243,34 +253,6 @@ pub(super) fn thumbnail(image: &DynamicImage) -> RgbImage {
         return opaque.into_rgb8();
     }
     opaque.thumbnail(ATLAS_SIDE, ATLAS_SIDE).into_rgb8()
-}
-
-/// Draws slanted lines over invalid texels and dims what is between them.
-fn hatch(picture: &mut RgbImage, validity: &Validity) {
-    const LINE: [f32; 3] = [255.0, 196.0, 61.0];
-    const DIM: [f32; 3] = [26.0, 22.0, 40.0];
-    let (width, height) = picture.dimensions();
-    let flags = validity.flags();
-    // The texels under a pixel: at least one.
-    let span = |at: u32, pixels: u32, texels: usize| {
-        let edge = |at: u32| at as usize * texels / pixels as usize;
-        edge(at)..edge(at + 1).max(edge(at) + 1)
-    };
-    for (x, y, pixel) in picture.enumerate_pixels_mut() {
-        let (columns, rows) =
-            (span(x, width, validity.width()), span(y, height, validity.height()));
-        let texels = columns.len() * rows.len();
-        let invalid: usize = rows
-            .map(|row| columns.clone().filter(|x| !flags[row * validity.width() + x]).count())
-            .sum();
-        let share = invalid as f32 / texels as f32;
-        // What lies there stays to be seen between the lines.
-        let (color, most) = if (x + y) % 8 < 2 { (LINE, 1.0) } else { (DIM, 0.3) };
-        for (sample, color) in pixel.0.iter_mut().zip(color) {
-            let own = f32::from(*sample);
-            *sample = (own + (color - own) * most * share).round() as u8;
-        }
-    }
 }
 
 #[cfg(test)]
@@ -300,21 +282,6 @@ mod tests {
         assert_eq!(decode_uri(&flat_picture), flat);
         assert!(noisy.uri.starts_with("data:image/jpeg"));
         assert_eq!(decode_uri(&noisy).dimensions(), (64, 64));
-    }
-
-    #[test]
-    fn hatches_lie_over_invalid_texels_alone() {
-        let own = Rgb([100, 100, 100]);
-        let mut picture = RgbImage::from_pixel(16, 8, own);
-        // The left half of twice as many texels is valid.
-        let flags = (0..32 * 16).map(|texel| texel % 32 < 16).collect();
-        hatch(&mut picture, &Validity::from_flags(32, 16, flags));
-        assert!(picture.enumerate_pixels().all(|(x, _, pixel)| (x < 8) == (*pixel == own)));
-        assert!(picture.get_pixel(8, 0).0[0] > 200 && picture.get_pixel(12, 0).0[0] < 100);
-        let mut small = RgbImage::from_pixel(8, 8, own);
-        hatch(&mut small, &Validity::from_flags(2, 2, vec![true, true, true, false]));
-        assert_eq!(*small.get_pixel(7, 3), own);
-        assert_ne!(*small.get_pixel(4, 4), own);
     }
 
     #[test]

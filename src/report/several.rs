@@ -8,9 +8,8 @@ use serde_json::Value;
 
 use super::chart::{COLORS, Chart, DASHES, Point, Series};
 use super::figures::file_name;
-use super::html::CHART_STYLE;
+use super::frame::{CHARTS, Frame};
 use super::ticks::grouped;
-use super::viewer::BASE_STYLE;
 use crate::error::{Error, Result};
 
 /// A bake of a model, by its report.
@@ -37,12 +36,9 @@ const STAGES: [&str; 7] = ["read", "weld", "simplify", "polish", "repair", "tran
 #[derive(Template)]
 #[template(path = "several.html")]
 struct Page<'a> {
-    version: &'static str,
-    base_style: &'static str,
-    chart_style: &'static str,
+    frame: Frame,
     models: Vec<Row<'a>>,
     charts: Vec<Chart>,
-    levels: usize,
     /// What the times are of.
     timed: String,
 }
@@ -125,8 +121,9 @@ impl Model {
                 Cell { text, value: value.unwrap_or(f64::MAX) }
             };
             let percent = 100.0 * triangles as f64 / source as f64;
+            let text = format!("{} ({} %)", at + 1, (percent * 100.0).round() / 100.0);
             [
-                Cell { text: format!("{} ({percent:.1} %)", at + 1), value: percent },
+                Cell { text, value: percent },
                 Cell { text: grouped(triangles), value: triangles as f64 },
                 figure(FIGURES[0].3, 4),
                 figure(FIGURES[1].3, 4),
@@ -185,13 +182,11 @@ pub fn several_page(models: &[Model]) -> Result<String> {
             "over the source’s triangles; --threads-report measures it by the number of threads"
         }
     };
+    let levels: usize = models.iter().map(|own| own.levels().len()).sum();
     let page = Page {
-        version: env!("CARGO_PKG_VERSION"),
-        base_style: BASE_STYLE,
-        chart_style: CHART_STYLE,
+        frame: Frame::new(format!("{} models, {levels} levels", models.len()), &[CHARTS]),
         models: models.iter().enumerate().map(|(at, own)| own.row(at)).collect(),
         charts,
-        levels: models.iter().map(|own| own.levels().len()).sum(),
         timed: timed.to_owned(),
     };
     page.render().map_err(Error::internal)

@@ -1,5 +1,6 @@
 //! Figures as a table for people.
 
+use super::ticks::grouped;
 use crate::evaluate::{AtSwitch, Metrics};
 
 /// Columns of a table of figures.
@@ -47,7 +48,7 @@ pub(super) fn row(name: &str, triangles: usize, metrics: Option<&Metrics>) -> [S
 /// The size at which a candidate takes over, with its luminance there.
 fn switch_text(at: &AtSwitch) -> String {
     if at.pixels.is_finite() {
-        format!("{:.5} @ {:.0}", at.rms_luminance_srgb, at.pixels)
+        format!("{:.5} @ {}", at.rms_luminance_srgb, grouped(at.pixels.floor() as usize))
     } else {
         "at any size".into()
     }

@@ -2,6 +2,7 @@
 
 use super::BakeReport;
 use super::LevelReport;
+use super::columns::size;
 use super::ticks::grouped;
 
 /// A level, in words.
@@ -48,10 +49,10 @@ fn sentence(source: usize, level: &LevelReport, bytes: Option<usize>) -> String 
     let share = 100.0 * level.triangles as f64 / source.max(1) as f64;
     let mut text = format!("{} triangles ({})", grouped(level.triangles), percent(share, 3));
     if let Some(bytes) = bytes {
-        text += &format!(" in a file of {}", size(bytes));
+        text += &format!(" in a file of {}", size(bytes as u64));
     }
     if level.texture_bytes > 0 {
-        text += &format!(", {} of textures", size(level.texture_bytes));
+        text += &format!(", {} of textures", size(level.texture_bytes as u64));
     }
     let Some(metrics) = &level.metrics else { return text + "; not measured." };
     text += &match level.largest_size_pixels.filter(|size| size.is_finite()) {
@@ -80,14 +81,6 @@ fn percent(value: f64, digits: i32) -> String {
     let trimmed =
         if decimals > 0 { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
     format!("{trimmed} %")
-}
-
-/// Bytes in kB or MB.
-fn size(bytes: usize) -> String {
-    match bytes {
-        0..1_000_000 => format!("{} kB", bytes.div_ceil(1000)),
-        _ => format!("{:.1} MB", bytes as f64 / 1e6),
-    }
 }
 
 #[cfg(test)]

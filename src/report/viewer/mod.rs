@@ -20,6 +20,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
 
+use super::frame::Frame;
 use crate::error::{Error, Result};
 use crate::limit::MemoryLimit;
 use distances::{SourceDistances, source_distances};
@@ -57,10 +58,8 @@ const SHADERS: [Shader; 6] = [
     Shader { name: "composite.frag", source: include_str!("composite.frag.glsl") },
 ];
 
-/// The style of the view; it uses the colors of [`BASE_STYLE`].
+/// The style of the view; it uses the colors of all pages.
 pub(super) const STYLE: &str = include_str!("viewer.css");
-/// The colors and fonts of all pages.
-pub(super) const BASE_STYLE: &str = include_str!("../base.css");
 const MARKUP: &str = include_str!("viewer.html");
 
 /// Most bytes of geometry in a page: a browser takes some times as much memory.
@@ -114,10 +113,7 @@ struct Fragment<'a> {
 #[derive(Template)]
 #[template(path = "viewer/page.html")]
 struct ViewPage {
-    title: String,
-    version: &'static str,
-    base_style: &'static str,
-    style: &'static str,
+    frame: Frame,
     fragment: String,
 }
 
@@ -162,7 +158,7 @@ impl Viewer {
         Ok(view)
     }
 
-    /// The view as a part of a page whose head has [`BASE_STYLE`] and [`STYLE`].
+    /// The view as a part of a page whose style has [`STYLE`].
     ///
     /// # Errors
     /// [`Error::Internal`] if the template fails.
@@ -184,13 +180,7 @@ impl Viewer {
     /// # Errors
     /// [`Error::Internal`] if the template fails.
     pub fn to_page(&self, title: &str) -> Result<String> {
-        let page = ViewPage {
-            title: title.to_owned(),
-            version: env!("CARGO_PKG_VERSION"),
-            base_style: BASE_STYLE,
-            style: STYLE,
-            fragment: self.to_html()?,
-        };
+        let page = ViewPage { frame: Frame::new(title, &[STYLE]), fragment: self.to_html()? };
         page.render().map_err(Error::internal)
     }
 }

@@ -164,7 +164,7 @@ class Panel {
       if (!(share >= 0 && share <= 1)) return;
       const last = marks.at(-1);
       if (last && share - last.share < CLOSE) last.text = `${last.text}, ${at}`;
-      else marks.push({ share, text: `${at}` });
+      else marks.push({ share, text: `L${at}` });
     });
     // The handle of a slider stays within it by half of its own width.
     this.elements.ticks.replaceChildren(...marks.map(({ share, text }) => {
