@@ -215,7 +215,7 @@ pub fn polish_chain(
     polish.check()?;
     let range = color_range(mesh);
     // Sampling the source takes longest of all that a polish starts with.
-    let source = LazyCell::new(|| Source::new(mesh));
+    let source = LazyCell::new(|| Source::new(mesh, options.importance));
     let facing = Facing::of(mesh);
     for level in levels {
         if level.mesh.triangles.len() < mesh.triangles.len() {

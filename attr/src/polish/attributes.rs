@@ -3,7 +3,7 @@
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::pairs::Pair;
+use super::pairs::{Pair, Source};
 use super::sheet::SurfacePoint;
 use super::system::{Element, Graph, System};
 use crate::buckets::Buckets;
@@ -17,13 +17,13 @@ const TOLERANCE: f64 = 1e-3;
 /// Fits every wedge's row, but for those of `locked` points, to what the source has at its
 /// counterparts. Pairs of two groups or two charts do not count.
 pub(super) fn fit(
-    source: &Mesh,
+    from: &Source<'_>,
     level: &mut Mesh,
     mut pairs: Vec<Pair>,
     locked: &[bool],
     damping: f64,
 ) {
-    let attributes = level.layout.len();
+    let (source, attributes) = (from.sheet.mesh, level.layout.len());
     if attributes == 0 {
         return;
     }
@@ -41,9 +41,9 @@ pub(super) fn fit(
     let elements: Vec<Element<f64>> = triangles
         .clone()
         .into_par_iter()
-        .map(|t| element(by_triangle.of(t).iter().map(|&at| &pairs[at as usize])))
+        .map(|t| element(by_triangle.of(t).iter().map(|&at| &pairs[at as usize]), from))
         .collect();
-    let damping = damping * pairs.len() as f64 / level.wedge_points.len() as f64;
+    let damping = damping * from.total_weight(&pairs) / level.wedge_points.len() as f64;
     let system = System::new(&graph, &elements, damping);
     let is_free = |point: &PointId| locked.get(point.index()) != Some(&true);
     let free: Vec<bool> = level.wedge_points.iter().map(is_free).collect();
@@ -57,7 +57,7 @@ pub(super) fn fit(
                     for pair in by_triangle.of(t).iter().map(|&at| &pairs[at as usize]) {
                         let off = value(source, &pair.source, attribute)
                             - value(level, &pair.level, attribute);
-                        let b = pair.level.barycentrics();
+                        let b = pair.level.barycentrics() * from.weight(pair);
                         (0..3).for_each(|k| right[k] += b[k] * off);
                     }
                     right
@@ -96,13 +96,13 @@ fn in_same_chart(source: &Mesh, level: &Mesh, pair: &Pair) -> bool {
     })
 }
 
-fn element<'a>(pairs: impl Iterator<Item = &'a Pair>) -> Element<f64> {
+fn element<'a>(pairs: impl Iterator<Item = &'a Pair>, source: &Source<'_>) -> Element<f64> {
     let mut element = Element::default();
     for pair in pairs {
-        let b = pair.level.barycentrics();
+        let (b, weight) = (pair.level.barycentrics(), source.weight(pair));
         for slot in 0..3 {
-            element.corners[slot] += b[slot] * b[slot];
-            element.edges[slot] += b[slot] * b[(slot + 1) % 3];
+            element.corners[slot] += weight * b[slot] * b[slot];
+            element.edges[slot] += weight * b[slot] * b[(slot + 1) % 3];
         }
     }
     element

@@ -10,7 +10,7 @@
 //! ```
 //!
 //! over samples s of the source, with the nearest point of the level at barycentrics b, and the
-//! other way round. n is the normal of the face that was found, so a sample may slide along it.
+//! other way round, each as many times as its place counts (`Options::importance`). n is the normal of the face that was found, so a sample may slide along it.
 //!
 //! Samples far beyond the mean distance have lost their counterpart and take no part.
 //!
@@ -129,12 +129,11 @@ impl Polish {
         let mut pairs = Pairs::new(source, &Sheet::new(level, Arc::clone(&neighbors)), count);
         for _ in 0..self.rounds {
             let sheet = Sheet::new(level, Arc::clone(&neighbors));
-            level.positions =
-                positions::fit(&source.sheet, &sheet, &pairs, &descended, self.damping);
+            level.positions = positions::fit(source, &sheet, &pairs, &descended, self.damping);
             pairs = pairs.follow(source, &Sheet::new(level, Arc::clone(&neighbors)));
         }
         let damping = self.attribute_damping;
-        attributes::fit(source.sheet.mesh, level, pairs.all, guards.locked, damping);
+        attributes::fit(source, level, pairs.all, guards.locked, damping);
     }
 
     pub(crate) fn check(&self) -> Result<()> {

@@ -1,5 +1,6 @@
 //! Pairs of points of two surfaces that belong together.
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::sheet::{Sheet, SurfacePoint, neighbors};
@@ -23,12 +24,29 @@ const MAX_SPACINGS: f64 = 20.0;
 pub(crate) struct Source<'a> {
     pub(super) sheet: Sheet<'a>,
     surface: Surface,
+    /// One per point, or empty if all count alike.
+    importance: &'a [f32],
 }
 
 impl<'a> Source<'a> {
-    pub(crate) fn new(mesh: &'a Mesh) -> Self {
+    pub(crate) fn new(mesh: &'a Mesh, importance: &'a [f32]) -> Self {
         let sheet = Sheet::new(mesh, neighbors(mesh));
-        Self { surface: sheet.surface(), sheet }
+        Self { surface: sheet.surface(), sheet, importance }
+    }
+
+    /// How many times a pair counts: the importance of its place on the source.
+    pub(super) fn weight(&self, pair: &Pair) -> f64 {
+        if self.importance.is_empty() {
+            return 1.0;
+        }
+        let points = self.sheet.mesh.triangle_points(pair.source.triangle.index());
+        let weights = points.map(|point| f64::from(self.importance[point]));
+        pair.source.barycentrics().dot(DVec3::from_array(weights))
+    }
+
+    /// That of all of them.
+    pub(super) fn total_weight(&self, pairs: &[Pair]) -> f64 {
+        pairs.iter().map(|pair| self.weight(pair)).sum()
     }
 }
 
@@ -129,7 +147,7 @@ mod tests {
     #[test]
     fn a_spike_is_not_paired_with_another_far_away() {
         let (source, level) = (spiked(64, 10, 10), spiked(64, 50, 50));
-        let source = Source::new(&source);
+        let source = Source::new(&source, &[]);
         let level = Sheet::new(&level, Arc::clone(&neighbors(&level)));
         let pairs = Pairs::new(&source, &level, 20_000);
         let apart =

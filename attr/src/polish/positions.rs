@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::Guards;
-use super::pairs::Pairs;
+use super::pairs::{Pairs, Source};
 use super::sheet::Sheet;
 use super::system::{Element, Graph, Symmetric, System};
 use super::volume::restore;
@@ -51,7 +51,7 @@ impl<'a> Descended<'a> {
 
 /// One round: where the points of the level come to lie, towards where `pairs` have them.
 pub(super) fn fit(
-    source: &Sheet<'_>,
+    source: &Source<'_>,
     level: &Sheet<'_>,
     pairs: &Pairs,
     descended: &Descended<'_>,
@@ -68,7 +68,7 @@ pub(super) fn fit(
             element(rows)
         })
         .unzip();
-    let damping = damping * pairs.all.len() as f64 / mesh.positions.len() as f64;
+    let damping = damping * source.total_weight(&pairs.all) / mesh.positions.len() as f64;
     let system = System::new(graph, &elements, damping);
     drop(elements);
     let moves = system.solve(&graph.sum_corners(&right), free, ITERATIONS, TOLERANCE);
@@ -82,25 +82,27 @@ pub(super) fn fit(
     }
 }
 
-/// A distance to a plane, felt by the corners of one triangle of the level.
+/// A distance to a plane and how many times it counts, felt by the corners of one triangle of the level.
 struct Row {
     barycentrics: DVec3,
     normal: DVec3,
     /// The distance of the level along the normal.
     offset: f64,
+    weight: f64,
 }
 
 /// The distance of pair `at`, along the normal of the face that was found.
-fn row(source: &Sheet<'_>, level: &Sheet<'_>, pairs: &Pairs, at: u32) -> Row {
+fn row(source: &Source<'_>, level: &Sheet<'_>, pairs: &Pairs, at: u32) -> Row {
     let pair = pairs.all[at as usize];
     let found_on_level = (at as usize) < pairs.there;
     let normal = if found_on_level {
         level.normals[pair.level.triangle]
     } else {
-        source.normals[pair.source.triangle]
+        source.sheet.normals[pair.source.triangle]
     };
-    let off = level.place(&pair.level) - source.place(&pair.source);
-    Row { barycentrics: pair.level.barycentrics(), normal, offset: normal.dot(off) }
+    let off = level.place(&pair.level) - source.sheet.place(&pair.source);
+    let (barycentrics, weight) = (pair.level.barycentrics(), source.weight(&pair));
+    Row { barycentrics, normal, offset: normal.dot(off), weight }
 }
 
 /// The normal equations of the rows on one triangle.
@@ -109,9 +111,10 @@ fn element(rows: impl Iterator<Item = Row>) -> (Element<Symmetric>, [DVec3; 3]) 
     for row in rows {
         let b = row.barycentrics;
         for slot in 0..3 {
-            element.corners[slot] += Symmetric::outer(row.normal, b[slot] * b[slot]);
-            element.edges[slot] += Symmetric::outer(row.normal, b[slot] * b[(slot + 1) % 3]);
-            right[slot] -= row.normal * (b[slot] * row.offset);
+            let weight = row.weight * b[slot];
+            element.corners[slot] += Symmetric::outer(row.normal, weight * b[slot]);
+            element.edges[slot] += Symmetric::outer(row.normal, weight * b[(slot + 1) % 3]);
+            right[slot] -= row.normal * (weight * row.offset);
         }
     }
     (element, right)

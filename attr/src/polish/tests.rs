@@ -73,6 +73,36 @@ fn attributes_follow_their_surface() {
 }
 
 #[test]
+fn what_counts_more_comes_nearer_and_a_common_factor_changes_nothing() {
+    let mesh = surface(40, bumps);
+    let level = descend(&mesh, 0.05);
+    let fitted = |factor: f32, elsewhere: f32| {
+        let of = |p: &Vec3| if p.x < 0.5 { factor } else { elsewhere };
+        let importance: Vec<f32> = mesh.positions.iter().map(of).collect();
+        let options = Options { importance: &importance, ..Options::default() };
+        let mut levels = level.clone();
+        polish_chain(&mesh, &mut levels, &options, &Polish::default(), &AtomicUsize::new(0))
+            .unwrap();
+        levels.remove(0).mesh
+    };
+    let plain = polished(&mesh, &level).remove(0).mesh;
+    assert_eq!(fitted(4.0, 4.0).positions, plain.positions);
+    assert_eq!(fitted(4.0, 4.0).attributes, plain.attributes);
+    // A point of the level in the middle belongs to both halves: what counts more has its way.
+    let off = |level: &Mesh| {
+        let surface = Surface::new(&level.positions, triangles(level));
+        let points = mesh.positions.iter().filter(|p| (0.4..0.5).contains(&p.x));
+        let squares = points.map(|p| {
+            let foot = surface.closest_foot(p.as_dvec3(), f64::INFINITY, |_| true).unwrap();
+            foot.point.distance_squared(p.as_dvec3())
+        });
+        squares.sum::<f64>().sqrt()
+    };
+    let [less, as_is, more] = [&fitted(1.0, 100.0), &plain, &fitted(100.0, 1.0)].map(off);
+    assert!(more < as_is && as_is < less, "{more} {as_is} {less}");
+}
+
+#[test]
 fn the_bits_do_not_depend_on_the_number_of_threads() {
     let mesh = sphere(32);
     let levels = descend(&mesh, 0.25);
