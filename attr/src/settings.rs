@@ -122,6 +122,8 @@ pub struct Settings {
     /// Points of two shells nearer than this, in the units of the mesh, may merge at their cost by the
     /// quadrics, as if there were an edge between them.
     pub join_distance: Option<f64>,
+    /// Whether points of one shell may merge so as well that have no edge between them.
+    pub join_own_shell: bool,
     /// Place merged points where the enclosed volume stays what it is, in the descent and in the polish;
     /// only with the best placement.
     pub keep_volume: bool,
@@ -150,6 +152,7 @@ impl Default for Settings {
             max_lost_area: 1.0,
             max_rotation: 75.0,
             join_distance: None,
+            join_own_shell: false,
             keep_volume: false,
             keep_area: false,
         }

@@ -47,6 +47,8 @@ pub(crate) struct Space {
     pub(crate) keep_area: bool,
     /// Points of two shells nearer than this may meet; 0 if they may not.
     pub(crate) join_distance: f64,
+    /// Whether points of one shell may merge so as well.
+    pub(crate) join_own_shell: bool,
     pub(crate) cost: Cost,
     pub(crate) placement: Placement,
     /// Whether collapses are kept on record.
@@ -95,6 +97,7 @@ impl Space {
             keep_volume: options.settings.keep_volume,
             keep_area: options.settings.keep_area,
             join_distance: options.settings.join_distance.unwrap_or(0.0) / unit,
+            join_own_shell: options.settings.join_own_shell,
             cost: options.settings.cost,
             placement: options.settings.placement,
             records: false,

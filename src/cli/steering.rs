@@ -35,6 +35,10 @@ pub(super) struct SteeringArgs {
     /// close, and parts that touch are simplified as one.
     #[arg(long, value_name = "D")]
     join_distance: Option<f64>,
+    /// Let points of one shell meet as well that are nearer than --join-distance without an edge between them: slits
+    /// close, and thin walls become one.
+    #[arg(long, requires = "join_distance")]
+    join_own_shell: bool,
     /// Place merged points where the enclosed volume stays what it is.
     #[arg(long)]
     keep_volume: bool,
@@ -104,6 +108,7 @@ impl SteeringArgs {
             max_rotation: self.max_rotation,
             join_distance: self.join_distance,
             keep_volume: self.keep_volume,
+            join_own_shell: self.join_own_shell,
             keep_area: self.keep_area,
             lock_border: self.lock_border,
             grow_cards: match self.grow_cards {

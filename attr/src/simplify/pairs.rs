@@ -2,7 +2,8 @@
 //! Heckbert, "Surface simplification using quadric error metrics", SIGGRAPH 1997, §3).
 //!
 //! Every point is paired with the nearest few of other shells within a distance, found by a grid of cells
-//! of that size. A pair is queued like an edge and costs what its quadrics say. Where borders meet, their
+//! of that size; of its own shell too if that is asked for, but for those over whose common neighbor the surface
+//! would be pinched. A pair is queued like an edge and costs what its quadrics say. Where borders meet, their
 //! edges become one, so that a crack closes point by point; closed shells come to touch.
 
 use glam::{DVec3, IVec3};
@@ -11,6 +12,7 @@ use rustc_hash::FxHashMap;
 use super::{Descent, Stop};
 use crate::id::{EdgeId, PointId};
 use crate::item::Item;
+use crate::marks::Marks;
 use crate::settings::Cost;
 use crate::topology::Topology;
 
@@ -30,9 +32,10 @@ impl Pairs {
     fn find(
         topology: &Topology,
         positions: &[DVec3],
-        distance: f64,
+        (distance, own_shell): (f64, bool),
         is_locked: impl Fn(PointId) -> bool,
     ) -> Self {
+        let mut near_by_edges = NearByEdges::new(positions.len());
         let shells = shells(topology, positions.len());
         let points = (0..positions.len()).map(PointId::new);
         let free: Vec<PointId> = points.filter(|&point| !is_locked(point)).collect();
@@ -43,12 +46,18 @@ impl Pairs {
         }
         let mut pairs = Vec::new();
         for &point in &free {
+            near_by_edges.find(topology, point, own_shell);
+            let may_meet = |shell: PointId, other: PointId| {
+                shell != shells[point] || own_shell && !near_by_edges.has(other)
+            };
             let away = |other: PointId| positions[other].distance_squared(positions[point]);
             let mut near: Vec<(f64, PointId)> = around(cell(point))
                 .filter_map(|cell| cells.get(&cell))
                 .flat_map(|shells_there| shells_there.iter())
-                .filter(|(shell, _)| **shell != shells[point])
-                .flat_map(|(_, others)| others.iter().map(|&other| (away(other), other)))
+                .filter(|(shell, _)| own_shell || **shell != shells[point])
+                .flat_map(|(&shell, others)| others.iter().map(move |&other| (shell, other)))
+                .filter(|&(shell, other)| may_meet(shell, other))
+                .map(|(_, other)| (away(other), other))
                 .filter(|(away, _)| *away < distance * distance)
                 .collect();
             near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
@@ -75,13 +84,51 @@ impl Pairs {
     }
 }
 
+/// The points that a point has an edge to, and those beyond an inner edge: to merge with these would pinch the
+/// surface.
+struct NearByEdges {
+    counts: [Marks; 2],
+    near: [Vec<PointId>; 2],
+    found: Marks,
+}
+
+impl NearByEdges {
+    fn new(points: usize) -> Self {
+        let marks = || Marks::new(points);
+        Self { counts: [marks(), marks()], near: Default::default(), found: marks() }
+    }
+
+    /// Finds those of a point, if they are asked for at all.
+    fn find(&mut self, topology: &Topology, point: PointId, is_asked: bool) {
+        self.found.clear();
+        if !is_asked {
+            return;
+        }
+        self.found.set(point.index(), 1);
+        let Self { counts: [own_counts, counts], near: [own, near], found } = self;
+        topology.neighbors(point, own_counts, own);
+        for &neighbor in own.iter() {
+            found.set(neighbor.index(), 1);
+            topology.neighbors(neighbor, counts, near);
+            let is_border = |other: PointId| counts.get(other.index()) == Some(1);
+            let pinched = near.iter().filter(|other| !(is_border(point) && is_border(**other)));
+            pinched.for_each(|other| found.set(other.index(), 1));
+        }
+    }
+
+    fn has(&self, point: PointId) -> bool {
+        self.found.get(point.index()).is_some()
+    }
+}
+
 impl Descent<'_> {
     /// Finds and queues the pairs of points that may meet, if any may.
     pub(crate) fn find_pairs(&mut self) {
         let distance = self.metric.space.join_distance;
         if distance > 0.0 {
             let is_locked = |point| self.is_locked(point);
-            self.pairs = Pairs::find(&self.topology, &self.metric.positions, distance, is_locked);
+            let reach = (distance, self.metric.space.join_own_shell);
+            self.pairs = Pairs::find(&self.topology, &self.metric.positions, reach, is_locked);
             self.queue_pairs();
         }
     }
@@ -176,13 +223,36 @@ mod tests {
         let topology =
             Topology::new(mesh.triangles.clone(), mesh.wedge_points.clone(), mesh.positions.len());
         let positions: Vec<DVec3> = mesh.positions.iter().map(|p| p.as_dvec3()).collect();
-        let pairs = Pairs::find(&topology, &positions, 0.02, |_| false).pairs;
+        let pairs = Pairs::find(&topology, &positions, (0.02, false), |_| false).pairs;
         assert_eq!(pairs.len(), 5);
         for [a, b] in pairs {
             assert!((positions[a].distance(positions[b]) - 0.01).abs() < 1e-6);
         }
-        let locked = Pairs::find(&topology, &positions, 0.02, |point| point.0 < 25);
+        let locked = Pairs::find(&topology, &positions, (0.02, false), |point| point.0 < 25);
         assert!(locked.pairs.is_empty() && locked.merged_into.is_empty());
+    }
+
+    #[test]
+    fn a_slit_in_one_shell_closes_if_that_is_asked_for() {
+        let (n, mut mesh) = (16, cracked(16, 0.002));
+        let points = (mesh.positions.len() / 2) as u32;
+        // The sheets hang together above the middle.
+        for point in &mut mesh.wedge_points {
+            let (row, column) = (point.0 % points / (n + 1), point.0 % points % (n + 1));
+            if column == n && row > n / 2 {
+                point.0 %= points;
+            }
+        }
+        let census = |join_own_shell| {
+            let settings =
+                Settings { join_distance: Some(0.02), join_own_shell, ..Settings::default() };
+            let target = mesh.triangles.len() / 4;
+            let levels = simplify_chain(&mesh, &[target], &settings.into(), &AtomicUsize::new(0));
+            Census::new(&levels.unwrap()[0].mesh)
+        };
+        let (open, closed) = (census(false), census(true));
+        assert_eq!((open.shells, closed.shells, closed.complex), (1, 1, 0));
+        assert!(closed.borders < open.borders, "{closed:?} {open:?}");
     }
 
     #[test]

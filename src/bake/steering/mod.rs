@@ -79,6 +79,8 @@ pub struct Steering {
     /// The surfaces whose small open shells, leaves say, grow as others go.
     pub grow_cards: GrowCards,
     /// Materials by name: the points of their triangles stay as they are, in descent and polish.
+    /// Whether points of one shell may merge so as well.
+    pub join_own_shell: bool,
     pub lock_materials: Vec<String>,
     /// A vertex attribute of one component: points where it is above 0.5 stay as they are.
     pub lock_attribute: Option<String>,
@@ -121,6 +123,7 @@ impl Default for Steering {
             importance: Importance::default(),
         }
     }
+            join_own_shell: false,
 }
 
 impl Steering {
@@ -226,6 +229,7 @@ impl Steering {
         geometry: &Geometry,
         materials: &[usize],
         worlds: &[DMat4],
+            join_own_shell: self.join_own_shell,
         scene: &SceneBox,
     ) -> Result<Vec<bool>> {
         let mesh = &geometry.welded.mesh;
