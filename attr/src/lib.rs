@@ -33,6 +33,7 @@ mod bvh;
 mod cards;
 mod chain;
 mod collapse;
+mod decimate;
 mod edges;
 mod equal_volume;
 mod error;
@@ -81,6 +82,7 @@ mod working_mesh;
 
 pub use cards::grow_cards;
 pub use chain::{Level, polish_chain, simplify_chain};
+pub use decimate::decimate_chain;
 pub use edges::{Census, border_edges};
 pub use error::{Error, Result};
 pub use front::{Layered, keep_fronts};

@@ -7,8 +7,9 @@ use std::sync::atomic::AtomicUsize;
 use glam::DMat4;
 use rayon::prelude::*;
 use seamwise_attr::{
-    Layered, Level, Mesh, Placement, Polish, ProgressiveMesh, ProgressiveScene, Shared, grow_cards,
-    keep_fronts, polish_chain, record_chain, record_together, simplify_chain, simplify_together,
+    Layered, Level, Mesh, Placement, Polish, ProgressiveMesh, ProgressiveScene, Shared,
+    decimate_chain, grow_cards, keep_fronts, polish_chain, record_chain, record_together,
+    simplify_chain, simplify_together,
 };
 
 use super::options::{BakeOptions, BudgetPer};
@@ -31,8 +32,15 @@ pub(crate) fn simplify_all(
     let to_remove = least.map_or(0, |least| triangle_count(geometries).saturating_sub(least));
     let meshes: Vec<Cow<'_, Mesh>> =
         geometries.par_iter().zip(steering).map(|(own, steering)| shown(own, steering)).collect();
+    let removes_points = options.steering.order.removes_points();
+    if removes_points && options.output.records() {
+        let what = "--cost decimation removes vertices: a file of all levels records collapses";
+        return Err(Error::Options { what: what.into() });
+    }
     let simplify = |removed: &AtomicUsize| match options.budget_per {
-        BudgetPer::Scene if geometries.len() > 1 => together(&meshes, steering, options, removed),
+        BudgetPer::Scene if geometries.len() > 1 && !removes_points => {
+            together(&meshes, steering, options, removed)
+        }
         BudgetPer::Scene | BudgetPer::Mesh => {
             simplify_separately(&meshes, steering, options, (progress, removed))
         }
@@ -145,6 +153,7 @@ fn simplify_separately(
     (progress, removed): (&Progress, &AtomicUsize),
 ) -> Result<Simplified> {
     let records = options.output.records();
+    let removes_points = options.steering.order.removes_points();
     let shares = options.targets.shares(count(meshes));
     let simplify = |(mesh, steering): (&Cow<'_, Mesh>, &MeshSteering)| {
         progress.check("simplify")?;
@@ -156,7 +165,8 @@ fn simplify_separately(
                 (own.levels.into_iter().next().unwrap_or_default(), own.scene.into_meshes())
             })
         } else {
-            simplify_chain(mesh, &targets, &options, removed).map(|levels| (levels, Vec::new()))
+            let simplify = if removes_points { decimate_chain } else { simplify_chain };
+            simplify(mesh, &targets, &options, removed).map(|levels| (levels, Vec::new()))
         };
         own.map_err(|error| internal(&error))
     };

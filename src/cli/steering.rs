@@ -97,6 +97,7 @@ impl SteeringArgs {
                 CostName::EdgeLength => Order::EdgeLength,
                 CostName::Classic => Order::Classic,
                 CostName::Midpoint => Order::Midpoint,
+                CostName::Decimation => Order::Decimation,
             },
             placement: match self.placement {
                 PlacementName::Best => Placement::Best,
@@ -107,8 +108,8 @@ impl SteeringArgs {
             max_deviation: Steering::default().max_deviation.filter(|_| !self.reach_target),
             max_rotation: self.max_rotation,
             join_distance: self.join_distance,
-            keep_volume: self.keep_volume,
             join_own_shell: self.join_own_shell,
+            keep_volume: self.keep_volume,
             keep_area: self.keep_area,
             lock_border: self.lock_border,
             grow_cards: match self.grow_cards {
@@ -149,6 +150,9 @@ enum CostName {
     Classic,
     /// The length of the edge, to its middle, and no polish: the least that one can do.
     Midpoint,
+    /// The distance of a vertex to the plane around it: vertices are removed and each hole is triangulated anew, as in
+    /// the paper of 1992, each mesh by itself, and no polish.
+    Decimation,
 }
 
 /// `--placement`.

@@ -45,12 +45,21 @@ pub enum Order {
     /// By the length of their edges, to the middle of each. Levels are not polished, and go on to their
     /// targets.
     Midpoint,
+    /// Points one by one, the nearest to the plane around each first, with the hole of each triangulated anew: see
+    /// [`decimate_chain`](seamwise_attr::decimate_chain). Vertices are the source's; levels are not polished, and
+    /// each mesh goes on to its share.
+    Decimation,
 }
 
 impl Order {
     /// Whether levels are as the descent leaves them, whatever it costs: a baseline to compare with.
     pub(crate) fn is_bare(self) -> bool {
-        matches!(self, Self::Classic | Self::Midpoint)
+        matches!(self, Self::Classic | Self::Midpoint | Self::Decimation)
+    }
+
+    /// Whether points are removed, not merged.
+    pub(crate) fn removes_points(self) -> bool {
+        self == Self::Decimation
     }
 }
 
@@ -70,6 +79,8 @@ pub struct Steering {
     pub max_rotation: f64,
     /// Points of two shells nearer than this, in the units of the scene, may merge.
     pub join_distance: Option<f64>,
+    /// Whether points of one shell may merge so as well.
+    pub join_own_shell: bool,
     /// Whether the enclosed volume stays what it is.
     pub keep_volume: bool,
     /// Whether the area within open borders stays what it is.
@@ -79,8 +90,6 @@ pub struct Steering {
     /// The surfaces whose small open shells, leaves say, grow as others go.
     pub grow_cards: GrowCards,
     /// Materials by name: the points of their triangles stay as they are, in descent and polish.
-    /// Whether points of one shell may merge so as well.
-    pub join_own_shell: bool,
     pub lock_materials: Vec<String>,
     /// A vertex attribute of one component: points where it is above 0.5 stay as they are.
     pub lock_attribute: Option<String>,
@@ -114,6 +123,7 @@ impl Default for Steering {
             max_deviation: Some(MAX_DEVIATION),
             max_rotation: Settings::default().max_rotation,
             join_distance: None,
+            join_own_shell: false,
             keep_volume: false,
             keep_area: false,
             lock_border: None,
@@ -123,7 +133,6 @@ impl Default for Steering {
             importance: Importance::default(),
         }
     }
-            join_own_shell: false,
 }
 
 impl Steering {
@@ -175,7 +184,7 @@ impl Steering {
                     Some(_) => colors.of_points(geometry)?,
                     None => Vec::new(),
                 },
-                cards: match self.placement {
+                cards: match self.placement_of_points() {
                     // Vertices that are the source's can't grow.
                     Placement::Ends => Vec::new(),
                     _ => self.grow_cards.of_points(asset, geometry, &locked),
@@ -190,33 +199,37 @@ impl Steering {
         geometries.iter().map(steer).collect()
     }
 
+    /// The placement of points that the order leaves.
+    fn placement_of_points(&self) -> Placement {
+        match self.order {
+            Order::Midpoint => Placement::Middle,
+            Order::Classic => Placement::Best,
+            Order::Decimation => Placement::Ends,
+            Order::Quadric | Order::Geometry | Order::EdgeLength => self.placement,
+        }
+    }
+
     /// The settings of a mesh that a scene of this diagonal shows `stretch` times as long, at most.
     fn settings(&self, stretch: f64, diagonal: f64) -> Settings {
         let weights = match self.order {
-            Order::Quadric | Order::EdgeLength | Order::Classic | Order::Midpoint => {
-                Weights::default()
-            }
             Order::Geometry => Weights { uv: 0.0, normal: 0.0, color: 0.0, ..Weights::default() },
+            _ => Weights::default(),
         };
         let cost = match self.order {
-            Order::Quadric | Order::Geometry => Cost::Quadric,
+            Order::Quadric | Order::Geometry | Order::Decimation => Cost::Quadric,
             Order::EdgeLength | Order::Midpoint => Cost::EdgeLength,
             Order::Classic => Cost::Classic,
-        };
-        let placement = match self.order {
-            Order::Midpoint => Placement::Middle,
-            Order::Classic => Placement::Best,
-            _ => self.placement,
         };
         let max_deviation = self.max_deviation.filter(|_| !self.order.is_bare());
         Settings {
             weights,
             cost,
-            placement,
+            placement: self.placement_of_points(),
             max_error: self.max_error.map(|error| error / stretch),
             max_deviation: max_deviation.map(|share| share * diagonal / stretch),
             max_rotation: self.max_rotation,
             join_distance: self.join_distance.map(|distance| distance / stretch),
+            join_own_shell: self.join_own_shell,
             keep_volume: self.keep_volume,
             keep_area: self.keep_area,
             ..Settings::for_diagonal(diagonal)
@@ -229,7 +242,6 @@ impl Steering {
         geometry: &Geometry,
         materials: &[usize],
         worlds: &[DMat4],
-            join_own_shell: self.join_own_shell,
         scene: &SceneBox,
     ) -> Result<Vec<bool>> {
         let mesh = &geometry.welded.mesh;
