@@ -5,14 +5,16 @@
 //! with itself is 0 away from itself in every figure, exactly.
 
 pub mod appearance;
+mod batch;
 pub mod camera;
+mod coat;
 pub mod distance;
 mod farthest;
 mod frame;
 pub mod heat;
 pub mod isosurfaces;
 pub(crate) mod label;
-mod lanes;
+mod layer;
 mod light;
 pub mod load;
 mod looks;
@@ -29,6 +31,7 @@ mod shade;
 pub mod sheet;
 pub mod similarity;
 mod switch;
+mod vectors;
 mod views;
 pub mod visible;
 pub mod volume;
@@ -48,7 +51,6 @@ use load::{TextureCache, load};
 use looks::count_foldovers;
 use reference::ReferenceScene;
 use scene::{Mode, Scene};
-use seams::seam_bands;
 use switch::{KnownColors, Sight, SwitchSearch};
 use views::{Seen, Views};
 use volume::{Measures, Soundness, check_soundness, measure};
@@ -87,8 +89,6 @@ pub struct Reference<'a> {
     rig: Rig,
     views: Views,
     colors: KnownColors,
-    /// One per view: the pixels in the band around the reference's seams.
-    seams: Vec<Vec<bool>>,
     surface: SampledSurface<'a>,
     measures: Measures,
     soundness: Soundness,
@@ -138,9 +138,8 @@ impl<'a> Reference<'a> {
         Ok(Self {
             options,
             mode,
-            views: Views::new(scene, &rig, mode),
+            views: Views::with_seams(scene, &rig, mode),
             colors: KnownColors::default(),
-            seams: seam_bands(scene, &rig),
             rig,
             surface: SampledSurface::new(&scene.positions, &scene.triangles, options.samples, SEED),
             measures,
@@ -227,7 +226,7 @@ impl<'a> Reference<'a> {
         let (measures, soundness) =
             (measure(positions, triangles), check_soundness(positions, triangles));
         let views = Views::new(candidate, &self.rig, self.mode);
-        let by_view = self.views.compare(&views, &self.seams);
+        let by_view = self.views.compare(&views);
         let seen = Seen::pool(&by_view);
         let difference = seen.difference;
         let reference = self.sight();

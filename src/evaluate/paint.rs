@@ -3,19 +3,21 @@
 //! Every sample is shaded on its own. Shading a triangle once per pixel, as GPUs do, takes about half
 //! the time but makes the image depend on how a surface is cut into triangles: by 0.001 to 0.0025 RMS
 //! on three models, where a good level differs from its source by 0.005. What is shared instead: a
-//! triangle is prepared once in a tile, and the four samples of a pixel are lit together.
+//! triangle is prepared once in a tile, and the samples of a material in a tile are shaded together.
 
-use glam::{BVec4A, Vec2, Vec3, Vec4};
-
+use super::batch::Batch;
 use super::frame::{BACKGROUND, Image};
-use super::lanes::Lanes;
+use super::layer::{Layer, NONE};
 use super::patch::{Patch, TILE};
-use super::raster::{Layer, NONE, SAMPLES, View};
-use super::shade::{COUNT, Detail, Points, Shader};
+use super::raster::{SAMPLES, View};
+use super::shade::{COUNT, Shader, Spot};
+use super::vectors::{Work, dispatch};
 
-/// Patches that are kept while a tile is painted. Of a helmet of 94,722 triangles a tile of 512² pixels
-/// shows up to 300.
-const PATCHES: usize = 256;
+/// Pixels along each side of a tile.
+const SIDE: usize = TILE / SAMPLES;
+/// Entries of the table of a tile's patches. Of a helmet of 94,722 triangles a tile of 512² pixels shows
+/// up to 300.
+const KNOWN: usize = 1024;
 
 /// Shades what the layers of a view hold.
 pub(super) struct Painter<'a> {
@@ -23,94 +25,159 @@ pub(super) struct Painter<'a> {
     shader: &'a Shader<'a>,
     /// From back to front.
     layers: Vec<&'a Layer>,
-    /// Those of the tile that were needed last, each at its triangle's number modulo [`PATCHES`].
-    patches: Vec<Option<Patch>>,
+    /// Those of the tile.
+    patches: Vec<Patch>,
+    /// Triangles and their places among the patches, each at its triangle's number modulo [`KNOWN`].
+    known: Vec<[u32; 2]>,
+    /// The samples of a layer in a tile.
+    spots: Vec<Spot>,
+    /// One per sample of the tile, pixel by pixel, where its pixel is covered.
+    samples: Vec<[f32; 4]>,
+    /// One per pixel of the tile: the bits of [`Image::coverage`].
+    covered: Vec<u8>,
+    batch: Box<Batch>,
 }
 
 impl<'a> Painter<'a> {
     /// `layers`: from back to front.
     pub(super) fn new(view: &'a View<'a>, shader: &'a Shader<'a>, layers: Vec<&'a Layer>) -> Self {
-        Self { view, shader, layers, patches: Vec::new() }
+        Self {
+            view,
+            shader,
+            layers,
+            patches: Vec::new(),
+            known: vec![[NONE, 0]; KNOWN],
+            spots: Vec::with_capacity(TILE * TILE),
+            samples: vec![[0.0; 4]; TILE * TILE],
+            covered: vec![0; SIDE * SIDE],
+            batch: Box::new(Batch::EMPTY),
+        }
     }
 
     /// Paints all that the layers hold over the background.
     pub(super) fn paint(mut self, image: &mut Image) {
-        let (side, resolution) = (TILE / SAMPLES, self.view.resolution);
-        for top in (0..resolution).step_by(side) {
-            for left in (0..resolution).step_by(side) {
-                self.patches.clear();
-                self.patches.resize_with(PATCHES, || None);
-                let mut points = Points::NOTHING;
-                for y in top..(top + side).min(resolution) {
-                    for x in left..(left + side).min(resolution) {
-                        self.paint_pixel([x, y], &mut points, image);
-                    }
+        for top in (0..self.view.resolution).step_by(SIDE) {
+            for left in (0..self.view.resolution).step_by(SIDE) {
+                self.paint_tile([left, top], image);
+            }
+        }
+    }
+
+    /// Paints the tile at a pixel.
+    fn paint_tile(&mut self, corner: [usize; 2], image: &mut Image) {
+        self.patches.clear();
+        self.known.fill([NONE, 0]);
+        self.covered.fill(0);
+        for layer in 0..self.layers.len() {
+            self.spots.clear();
+            self.collect(layer, corner);
+            if self.spots.windows(2).any(|pair| pair[0].material != pair[1].material) {
+                self.spots.sort_by_key(|spot| spot.material);
+            }
+            dispatch(Shading { painter: self, corner });
+        }
+        let last = corner.map(|at| (at + SIDE).min(self.view.resolution));
+        for y in corner[1]..last[1] {
+            for x in corner[0]..last[0] {
+                let pixel = place([x, y], corner);
+                if self.covered[pixel] != 0 {
+                    let [a, b, c, d] = [0, 1, 2, 3].map(|slot| self.samples[pixel * COUNT + slot]);
+                    // In pairs, so that four equal samples give exactly theirs.
+                    let mean = |of: usize| ((a[of] + b[of]) + (c[of] + d[of])) / 4.0;
+                    let at = y * self.view.resolution + x;
+                    image.rgb[at] = [mean(0), mean(1), mean(2)];
+                    image.coverage[at] = self.covered[pixel];
                 }
             }
         }
     }
 
-    #[inline]
-    fn paint_pixel(&mut self, pixel: [usize; 2], points: &mut Points, image: &mut Image) {
-        let mut samples = Lanes::splat(Vec3::splat(BACKGROUND));
-        let mut coverage = [false; COUNT];
-        for layer in 0..self.layers.len() {
-            let covered = self.prepare(layer, pixel, points);
-            if covered != [false; COUNT] {
-                let (color, alpha) = self.shader.light(points, pixel);
-                let mixed = samples * (1.0 - alpha) + color * alpha;
-                samples = Lanes::select(BVec4A::from_array(covered), mixed, samples);
-                coverage.iter_mut().zip(covered).for_each(|(seen, is)| *seen |= is);
+    /// Collects the samples of a layer in the tile at a pixel, pixel by pixel.
+    fn collect(&mut self, layer: usize, corner: [usize; 2]) {
+        let (layer, size) = (self.layers[layer], self.view.size());
+        let last = corner.map(|at| (at + SIDE).min(self.view.resolution));
+        for y in corner[1]..last[1] {
+            let rows = &layer.triangles[y * SAMPLES * size..][..SAMPLES * size];
+            let (upper, lower) = rows.split_at(size);
+            let (upper, lower) = (upper.as_chunks::<SAMPLES>().0, lower.as_chunks::<SAMPLES>().0);
+            for x in corner[0]..last[0] {
+                let ([a, b], [c, d]) = (upper[x], lower[x]);
+                if [a, b, c, d] != [NONE; COUNT] {
+                    self.collect_pixel([x, y], [a, b, c, d], corner);
+                }
             }
-        }
-        if coverage != [false; COUNT] {
-            // In pairs, so that four equal samples give exactly theirs.
-            let mean = |of: Vec4| ((of.x + of.y) + (of.z + of.w)) / 4.0;
-            let at = pixel[1] * self.view.resolution + pixel[0];
-            image.rgb[at] = [mean(samples.x), mean(samples.y), mean(samples.z)];
-            let bits = coverage.iter().enumerate().map(|(slot, &is)| u8::from(is) << slot);
-            image.coverage[at] = bits.sum();
         }
     }
 
-    /// Prepares what a layer holds of a pixel; tells which samples it covers.
+    /// Collects the samples of a pixel, of which at least one is covered.
     #[inline]
-    fn prepare(&mut self, layer: usize, pixel: [usize; 2], points: &mut Points) -> [bool; COUNT] {
-        let [x, y] = [pixel[0] * SAMPLES, pixel[1] * SAMPLES];
-        let (layer, size) = (self.layers[layer], self.view.size());
-        let rows =
-            [&layer.triangles[y * size + x..][..2], &layer.triangles[(y + 1) * size + x..][..2]];
-        let seen = [rows[0][0], rows[0][1], rows[1][0], rows[1][1]];
-        let middle = Vec2::new((x + 1) as f32, (y + 1) as f32);
-        let mut covered = [false; COUNT];
-        let (mut last, mut entry, mut detail) = (NONE, 0, Detail::default());
+    fn collect_pixel(&mut self, at: [usize; 2], seen: [u32; COUNT], corner: [usize; 2]) {
+        let pixel = place(at, corner);
+        if self.covered[pixel] == 0 {
+            self.samples[pixel * COUNT..][..COUNT].fill([BACKGROUND; 4]);
+        }
+        let (mut last, mut entry) = (NONE, None);
         for (slot, &triangle) in seen.iter().enumerate() {
             if triangle == NONE {
                 continue;
             }
-            let is_next = triangle != last;
-            if is_next {
-                (last, entry) = (triangle, self.find_patch(triangle, [x, y]));
+            if triangle != last {
+                (last, entry) = (triangle, self.find_patch(triangle, at));
             }
-            let Some(patch) = &self.patches[entry] else { continue };
-            if is_next {
-                self.shader.find_detail(patch, middle, &mut detail);
-            }
-            let off = Vec2::new((slot % SAMPLES) as f32 - 0.5, (slot / SAMPLES) as f32 - 0.5);
-            self.shader.prepare(points, slot, patch, &detail, middle + off);
-            covered[slot] = true;
+            let Some(patch) = entry else { continue };
+            let material = self.patches[patch as usize].material as u32;
+            let pixel = at.map(|at| at as u32);
+            self.spots.push(Spot { patch, material, pixel, slot: slot as u32 });
+            self.covered[place(at, corner)] |= 1 << slot;
         }
-        covered
     }
 
-    /// The place of a triangle's patch for the tile of a sample; nothing is there if it can't be seen.
+    /// The place of a triangle's patch for the tile of a pixel; nothing if it can't be seen.
     #[inline]
-    fn find_patch(&mut self, triangle: u32, sample: [usize; 2]) -> usize {
-        let triangle = triangle as usize;
-        let entry = &mut self.patches[triangle % PATCHES];
-        if entry.as_ref().is_none_or(|patch| patch.triangle != triangle) {
-            *entry = self.view.facet(triangle).map(|facet| Patch::new(self.view, &facet, sample));
+    fn find_patch(&mut self, triangle: u32, pixel: [usize; 2]) -> Option<u32> {
+        let known = &mut self.known[triangle as usize % KNOWN];
+        if known[0] != triangle {
+            let facet = self.view.facet(triangle as usize)?;
+            *known = [triangle, self.patches.len() as u32];
+            let sample = pixel.map(|at| at * SAMPLES);
+            self.patches.push(Patch::new(self.view, &facet, sample));
         }
-        triangle % PATCHES
+        Some(known[1])
     }
+
+    /// Shades the samples that were collected over what the tile holds.
+    #[inline(always)]
+    fn shade(&mut self, corner: [usize; 2]) {
+        let Self { shader, patches, samples, batch, .. } = self;
+        for spots in self.spots.chunk_by(|a, b| a.material == b.material) {
+            shader.shade(patches, spots, batch, |spot, color| {
+                let pixel = place(spot.pixel.map(|at| at as usize), corner);
+                let sample = &mut samples[pixel * COUNT + spot.slot as usize];
+                let alpha = color[3];
+                let mix = |channel: usize| sample[channel] * (1.0 - alpha) + color[channel] * alpha;
+                *sample = [mix(0), mix(1), mix(2), 1.0];
+            });
+        }
+    }
+}
+
+/// The shading of a tile.
+struct Shading<'p, 'a> {
+    painter: &'p mut Painter<'a>,
+    corner: [usize; 2],
+}
+
+impl Work for Shading<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.painter.shade(self.corner);
+    }
+}
+
+/// The place of a pixel in the tile at another.
+#[inline]
+fn place([x, y]: [usize; 2], [left, top]: [usize; 2]) -> usize {
+    (y - top) * SIDE + (x - left)
 }

@@ -14,8 +14,6 @@ pub(super) const TILE: usize = 64;
 
 /// A triangle as its samples within one tile are shaded.
 pub(super) struct Patch {
-    /// Its index in the scene.
-    pub(super) triangle: usize,
     /// The index of its material; that of none if the scene names none.
     pub(super) material: usize,
     /// Whether the eye sees the side from which the corners run counter-clockwise.
@@ -53,12 +51,12 @@ impl Corners {
     }
 
     /// Exactly the values at the corners where these are equal.
-    #[inline]
+    #[inline(always)]
     fn at(&self, [y, z]: [f32; 2]) -> Vec4 {
         self.0[0] + self.change([y, z])
     }
 
-    #[inline]
+    #[inline(always)]
     fn change(&self, [y, z]: [f32; 2]) -> Vec4 {
         self.0[1] * y + self.0[2] * z
     }
@@ -83,7 +81,6 @@ impl Patch {
         let uv = |set: usize, v: usize| scene.uvs[set].get(v).copied().unwrap_or(Vec2::ZERO);
         let color = |v: usize| scene.colors.get(v).copied().unwrap_or(Vec4::ONE);
         Self {
-            triangle: facet.triangle,
             material: scene
                 .triangle_materials
                 .get(facet.triangle)
@@ -99,7 +96,7 @@ impl Patch {
     }
 
     /// The attributes at a place in the image, in samples.
-    #[inline]
+    #[inline(always)]
     pub(super) fn at(&self, at: Vec2) -> Point {
         let weights = self.weights(at);
         Point {
@@ -111,14 +108,14 @@ impl Patch {
     }
 
     /// The barycentrics of the second and third corner.
-    #[inline]
+    #[inline(always)]
     fn weights(&self, at: Vec2) -> [f32; 2] {
         let e = self.numbers_at(at);
         let weights = e / e.z;
         [weights.x, weights.y]
     }
 
-    #[inline]
+    #[inline(always)]
     fn numbers_at(&self, at: Vec2) -> Vec4 {
         let off = at - self.middle;
         self.numbers[0] + self.numbers[1] * off.x + self.numbers[2] * off.y
@@ -126,6 +123,7 @@ impl Patch {
 
     /// The change of both UV sets at a place in the image from one pixel to the next to the right, and
     /// down.
+    #[inline(always)]
     pub(super) fn uv_steps(&self, at: Vec2) -> [Vec4; 2] {
         let e = self.numbers_at(at);
         let (y, z) = (e.x / e.z, e.y / e.z);

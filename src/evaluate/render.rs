@@ -1,7 +1,7 @@
 //! The renderer: a scene and a camera make an image, with the same bits on every run.
 //!
-//! First the nearest triangle of each of the 2 × 2 samples of a pixel is found (`raster`), then each
-//! sample is shaded (`paint`, `patch`, `shade`, `light`) and held to 0…1 as on a screen, and the box
+//! First the nearest triangle of each of the 2 × 2 samples of a pixel is found (`raster`, `layer`), then each
+//! sample is shaded (`paint`, `patch`, `shade`, `coat`, `batch`, `light`) and held to 0…1 as on a screen, and the box
 //! averages them. Opaque and masked triangles are drawn first; of the blended ones the nearest is laid
 //! over them.
 //!
@@ -12,10 +12,12 @@ use rayon::prelude::*;
 
 use super::camera::{Camera, Rig};
 pub use super::frame::{BACKGROUND, Image};
+use super::layer::{Covering, Layer};
 use super::paint::Painter;
-use super::raster::{Layer, View};
+use super::raster::View;
 use super::scene::{Alpha, Mode, Scene};
 use super::shade::{Shader, material_of};
+use super::vectors::dispatch;
 
 /// A blended sample below this alpha is not there: one step of 8 bits.
 const INVISIBLE: f32 = 1.0 / 255.0;
@@ -31,9 +33,20 @@ pub fn render_views(scene: &Scene, rig: &Rig, mode: Mode) -> Vec<Image> {
 /// not there, or has no area or a corner that is not finite, is not seen; attributes that are
 /// missing are white (color) or zero; what is nearer than the camera's near plane is cut away.
 pub fn render(scene: &Scene, camera: &Camera, resolution: usize, mode: Mode) -> Image {
+    render_with(scene, camera, (resolution, mode), |_, _| ()).0
+}
+
+/// Renders one view, and hands on what `look` makes of its nearest opaque or masked triangles.
+pub(super) fn render_with<R>(
+    scene: &Scene,
+    camera: &Camera,
+    (resolution, mode): (usize, Mode),
+    look: impl FnOnce(&View<'_>, &Layer) -> R,
+) -> (Image, R) {
     let view = View::new(scene, camera, resolution);
     let shader = Shader::new(&view, mode);
     let (solid, blended) = find_visible(&view, &shader);
+    let seen = look(&view, &solid);
     let mut image = Image {
         width: resolution,
         height: resolution,
@@ -42,7 +55,7 @@ pub fn render(scene: &Scene, camera: &Camera, resolution: usize, mode: Mode) -> 
     };
     let layers = [Some(&solid), blended.as_ref()].into_iter().flatten().collect();
     Painter::new(&view, &shader, layers).paint(&mut image);
-    image
+    (image, seen)
 }
 
 /// The nearest opaque or masked triangle at each sample, and the nearest blended one before it if
@@ -58,7 +71,7 @@ pub(super) fn find_visible(view: &View<'_>, shader: &Shader<'_>) -> (Layer, Opti
             continue;
         }
         match material.alpha {
-            Alpha::Opaque => solid.draw(view, &facet, None, |_| true),
+            Alpha::Opaque => dispatch(Covering { layer: &mut solid, view, facet: &facet }),
             Alpha::Mask(cutoff) => {
                 solid.draw(view, &facet, None, |at| shader.alpha(&facet, at) >= cutoff);
             }

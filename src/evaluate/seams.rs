@@ -6,28 +6,20 @@
 //! over the length of its gradient on the screen is the distance in pixels, to first order.
 
 use glam::{DVec2, Vec2};
-use rayon::prelude::*;
 
-use super::camera::{Camera, Rig};
-use super::raster::{NONE, SAMPLES, View};
-use super::render::find_visible;
-use super::scene::{Mode, Scene};
-use super::shade::Shader;
+use super::layer::{Layer, NONE};
+use super::raster::{SAMPLES, View};
+use super::scene::Scene;
 use crate::surface::edges::{Side, same_edge, sides_by_edge};
 
 /// Half the width of the band: what a bilinear tap reaches at the mip level of a pixel, and as much
 /// again for trilinear filtering.
 const BAND: f32 = 2.0;
 
-/// One per view of the rig: whether each pixel lies in the band around a seam of the scene.
-pub(super) fn seam_bands(scene: &Scene, rig: &Rig) -> Vec<Vec<bool>> {
-    let seams = seam_edges(scene);
-    rig.cameras.par_iter().map(|camera| seam_band(scene, camera, rig.resolution, &seams)).collect()
-}
-
-fn seam_band(scene: &Scene, camera: &Camera, resolution: usize, seams: &[[bool; 3]]) -> Vec<bool> {
-    let view = View::new(scene, camera, resolution);
-    let (solid, _) = find_visible(&view, &Shader::new(&view, Mode::Unlit));
+/// Whether each pixel of a view, whose nearest triangles are these, lies in the band around a seam of the
+/// scene: see [`seam_edges`].
+pub(super) fn seam_band(view: &View<'_>, solid: &Layer, seams: &[[bool; 3]]) -> Vec<bool> {
+    let resolution = view.resolution;
     let mut band = vec![false; resolution * resolution];
     for (at, &triangle) in solid.triangles.iter().enumerate() {
         if triangle == NONE || seams[triangle as usize] == [false; 3] {
@@ -35,7 +27,7 @@ fn seam_band(scene: &Scene, camera: &Camera, resolution: usize, seams: &[[bool; 
         }
         let (x, y) = (at % view.size(), at / view.size());
         let Some(facet) = view.facet(triangle as usize) else { continue };
-        let hit = facet.hit(&view, DVec2::new(x as f64 + 0.5, y as f64 + 0.5));
+        let hit = facet.hit(view, DVec2::new(x as f64 + 0.5, y as f64 + 0.5));
         let near = |corner: usize| {
             let gradient = Vec2::new(hit.dx[corner], hit.dy[corner]).length();
             hit.barycentrics[corner] <= BAND * gradient
@@ -48,7 +40,7 @@ fn seam_band(scene: &Scene, camera: &Camera, resolution: usize, seams: &[[bool; 
 }
 
 /// One per triangle: whether the edge opposite each corner is a seam.
-fn seam_edges(scene: &Scene) -> Vec<[bool; 3]> {
+pub(super) fn seam_edges(scene: &Scene) -> Vec<[bool; 3]> {
     let mut seams = vec![[false; 3]; scene.triangles.len()];
     let sides = sides_by_edge(&scene.triangles, &scene.positions);
     for edge in sides.chunk_by(same_edge) {
@@ -72,7 +64,9 @@ fn side_key(scene: &Scene, side: &Side) -> (u32, [[u32; 2]; 2]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluate::scene::Material;
+    use crate::evaluate::camera::Camera;
+    use crate::evaluate::render::render_with;
+    use crate::evaluate::scene::{Material, Mode};
     use glam::{DVec3, Vec3};
 
     /// The square −1…1 of the plane z = 0, halved by the line x = 0: its right half has UVs of its
@@ -111,7 +105,10 @@ mod tests {
     fn the_band_is_two_pixels_on_either_side() {
         let scene = halves();
         let camera = Camera::look_at(DVec3::Z * 2.0, DVec3::ZERO, 2.0 * 0.5f64.atan(), 0.1);
-        let band = seam_band(&scene, &camera, 32, &seam_edges(&scene));
+        let seams = seam_edges(&scene);
+        let (_, band) = render_with(&scene, &camera, (32, Mode::Unlit), |view, solid| {
+            seam_band(view, solid, &seams)
+        });
         for y in 2..30 {
             let row = &band[y * 32..][..32];
             let inside: Vec<usize> = (0..32).filter(|&x| row[x]).collect();

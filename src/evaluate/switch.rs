@@ -196,7 +196,7 @@ impl SwitchSearch<'_> {
         let [reference, candidate] =
             [scene, self.candidate].map(|scene| Views::new(scene, &rig, mode));
         let visible = reference.visible_difference(&candidate);
-        let seen = Seen::pool(&reference.compare(&candidate, &[]));
+        let seen = Seen::pool(&reference.compare(&candidate));
         AtSwitch::new(size, resolution, &seen, visible)
     }
 

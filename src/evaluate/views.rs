@@ -5,8 +5,9 @@ use rayon::prelude::*;
 use super::camera::Rig;
 use super::luminance::Difference;
 use super::metrics::{AtSwitch, ViewMetrics};
-use super::render::{Image, render_views};
+use super::render::{Image, render_views, render_with};
 use super::scene::{Mode, Scene};
+use super::seams::{seam_band, seam_edges};
 use super::similarity::{Similarity, Tones};
 use super::visible::Colors;
 
@@ -14,6 +15,8 @@ use super::visible::Colors;
 pub(super) struct Views {
     pub(super) images: Vec<Image>,
     tones: Vec<Tones>,
+    /// One per picture: the pixels in the band around the scene's seams, if they were looked for.
+    seams: Vec<Vec<bool>>,
 }
 
 /// How the pictures of two scenes differ, in one view or in many.
@@ -27,7 +30,20 @@ impl Views {
     pub(super) fn new(scene: &Scene, rig: &Rig, mode: Mode) -> Self {
         let images = render_views(scene, rig, mode);
         let tones = images.par_iter().map(Tones::of).collect();
-        Self { images, tones }
+        Self { images, tones, seams: Vec::new() }
+    }
+
+    /// Besides, finds the band around the scene's seams.
+    pub(super) fn with_seams(scene: &Scene, rig: &Rig, mode: Mode) -> Self {
+        let edges = seam_edges(scene);
+        let render = |camera| {
+            render_with(scene, camera, (rig.resolution, mode), |view, solid| {
+                seam_band(view, solid, &edges)
+            })
+        };
+        let (images, seams): (Vec<Image>, _) = rig.cameras.par_iter().map(render).unzip();
+        let tones = images.par_iter().map(Tones::of).collect();
+        Self { images, tones, seams }
     }
 
     /// Whether the scene is in any picture.
@@ -35,11 +51,10 @@ impl Views {
         self.images.iter().any(|image| image.coverage.iter().any(|samples| *samples != 0))
     }
 
-    /// Compares those of a candidate by the same rig, view by view. `seams` tells for each view the
-    /// pixels in the band around seams, and may be empty.
-    pub(super) fn compare(&self, candidate: &Self, seams: &[Vec<bool>]) -> Vec<Seen> {
+    /// Compares those of a candidate by the same rig, view by view.
+    pub(super) fn compare(&self, candidate: &Self) -> Vec<Seen> {
         let compare = |view: usize| {
-            let band = seams.get(view).map_or(&[][..], Vec::as_slice);
+            let band = self.seams.get(view).map_or(&[][..], Vec::as_slice);
             let difference = Difference::between(&self.images[view], &candidate.images[view], band);
             let similarity = Similarity::between(&self.tones[view], &candidate.tones[view]);
             Seen { difference, similarity }

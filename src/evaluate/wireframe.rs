@@ -10,7 +10,8 @@ use image::{Rgb, RgbImage};
 use seamwise_texture::color::linear_to_srgb8;
 
 use super::camera::Camera;
-use super::raster::{Facet, Layer, NONE, SAMPLES, View};
+use super::layer::{Layer, NONE};
+use super::raster::{Facet, SAMPLES, View};
 use super::render::{BACKGROUND, find_visible};
 use super::scene::{Mode, Scene};
 use super::shade::Shader;

@@ -24,23 +24,16 @@ pub struct Taps {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Quad {
     /// Row-major indices: the upper two, then the lower two.
-    texels: [u32; 4],
+    pub(crate) texels: [u32; 4],
     /// The weight of the right two, 0…1.
-    x: f32,
+    pub(crate) x: f32,
     /// The weight of the lower two, 0…1.
-    y: f32,
-}
-
-impl Taps {
-    /// The first texel of an image, which every image has.
-    pub const FIRST: Self = Self { level: 0, t: 0.0, fine: Quad::FIRST, coarse: Quad::FIRST };
+    pub(crate) y: f32,
 }
 
 impl Quad {
-    const FIRST: Self = Self { texels: [0; 4], x: 0.0, y: 0.0 };
-
     /// Mixes the four texels that `texel` gives; exactly theirs where they are equal.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn mix(&self, texel: impl Fn(usize) -> Vec4) -> Vec4 {
         let [a, b, c, d] = self.texels;
         let row = |left: u32, right: u32| mix(texel(left as usize), texel(right as usize), self.x);
@@ -58,7 +51,7 @@ impl Quad {
 }
 
 /// Linear interpolation, exact where both ends are equal, as `Vec4::lerp` is not.
-#[inline]
+#[inline(always)]
 pub(crate) fn mix(a: Vec4, b: Vec4, t: f32) -> Vec4 {
     a + (b - a) * t
 }
@@ -96,8 +89,8 @@ fn pair(at: f32, size: u32, wrap: Wrap) -> (u32, u32, f32) {
 
 /// The whole part of 0…2²³ − 1, without the instruction that the oldest processors lack or the checks of
 /// a cast: a float of 2²³ has no digits behind the point.
-#[inline]
-fn whole(value: f32) -> u32 {
+#[inline(always)]
+pub(crate) fn whole(value: f32) -> u32 {
     const SHIFT: f32 = 8_388_608.0;
     let rounded = value + SHIFT;
     let rounded = if rounded - SHIFT > value { rounded - 1.0 } else { rounded };
