@@ -29,3 +29,31 @@ impl Image {
         })
     }
 }
+
+/// The rectangle `[left, top, right, bottom]` around what is covered of rows of that width; the last two
+/// are not included. `None` if nothing is.
+pub(super) fn rectangle(covered: &[bool], width: usize) -> Option<[usize; 4]> {
+    let mut rectangle: Option<[usize; 4]> = None;
+    for (y, row) in covered.chunks_exact(width.max(1)).enumerate() {
+        let Some(first) = row.iter().position(|covered| *covered) else { continue };
+        let last = row.iter().rposition(|covered| *covered).unwrap_or(first);
+        let [left, top, right, _] = rectangle.unwrap_or([first, y, last, y]);
+        rectangle = Some([left.min(first), top, right.max(last + 1), y + 1]);
+    }
+    rectangle
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_rectangle_holds_what_is_covered() {
+        let mut covered = [false; 35];
+        assert_eq!(rectangle(&covered, 7), None);
+        covered[7 + 4] = true;
+        assert_eq!(rectangle(&covered, 7), Some([4, 1, 5, 2]));
+        (covered[2 * 7 + 1], covered[3 * 7 + 6]) = (true, true);
+        assert_eq!(rectangle(&covered, 7), Some([1, 1, 7, 4]));
+    }
+}

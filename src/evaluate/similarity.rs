@@ -23,11 +23,13 @@
 //! video. FLIP (Andersson et al., 2020) is left out: its one crate, `nv-flip` 0.1.2, is of 2023, binds
 //! the C++ of back then and needs its compiler.
 
-use std::ops::AddAssign;
+use std::ops::{AddAssign, Range};
 
 use seamwise_texture::color::{SrgbCurve, luminance};
 
+use super::frame::rectangle;
 use super::render::{BACKGROUND, Image};
+use super::vectors::{Work, dispatch};
 
 /// Pixels along each side of a window.
 const WINDOW: usize = 11;
@@ -76,6 +78,23 @@ impl Tones {
     }
 }
 
+/// The sum over windows: see [`Similarity::of_windows`].
+struct Windows<'a> {
+    reference: &'a Tones,
+    candidate: &'a Tones,
+    covered: &'a [bool],
+    rect: &'a Rect,
+}
+
+impl Work for Windows<'_> {
+    type Output = Similarity;
+
+    #[inline(always)]
+    fn run(self) -> Similarity {
+        Similarity::of_windows(self.reference, self.candidate, self.covered, self.rect)
+    }
+}
+
 /// The sRGB-encoded luminance of linear light, 0…1.
 fn tone(rgb: [f32; 3]) -> f32 {
     SrgbCurve::get().encode(luminance(rgb).clamp(0.0, 1.0))
@@ -107,23 +126,37 @@ impl Similarity {
         let Some(rect) = Rect::around(&covered, reference.width) else {
             return Self::default();
         };
+        dispatch(Windows { reference, candidate, covered: &covered, rect: &rect })
+    }
+
+    /// The sum over the windows of a rectangle that hold what is covered.
+    #[inline(always)]
+    fn of_windows(reference: &Tones, candidate: &Tones, covered: &[bool], rect: &Rect) -> Self {
         let background = background();
-        let [mut a, mut b, mut squares, mut products, mut held] =
+        let [mut a, mut b, mut squares, mut products] =
             std::array::from_fn(|_| vec![0.0; rect.width * rect.height]);
-        for (at, pixel) in rect.pixels(reference.width, reference.height).enumerate() {
-            if let Some(pixel) = pixel {
-                let (own, other) = (reference.levels[pixel], candidate.levels[pixel]);
-                (a[at], b[at]) = (own - background, other - background);
-                squares[at] = a[at] * a[at] + b[at] * b[at];
-                products[at] = a[at] * b[at];
-                held[at] = if covered[pixel] { 1.0 } else { 0.0 };
+        let mut held = vec![false; rect.width * rect.height];
+        for (at, pixels) in rect.rows([reference.width, reference.height]) {
+            let own = &reference.levels[pixels.clone()];
+            let other = &candidate.levels[pixels.clone()];
+            for (k, (own, other)) in own.iter().zip(other).enumerate() {
+                (a[at + k], b[at + k]) = (own - background, other - background);
             }
+            held[at..at + pixels.len()].copy_from_slice(&covered[pixels]);
         }
-        let blurred = [a, b, squares, products, held].map(|plane| blur(&plane, rect.width));
+        for (((a, b), squares), products) in a.iter().zip(&b).zip(&mut squares).zip(&mut products) {
+            (*squares, *products) = (a * a + b * b, a * b);
+        }
+        let held = spread(&held, rect.width);
+        let [a, b, squares, products] =
+            [a, b, squares, products].map(|plane| blur(&plane, rect.width));
+        let all = a.iter().zip(&b).zip(squares.iter().zip(&products));
+        let similarities: Vec<f32> = all
+            .map(|((a, b), (squares, products))| window(*a, *b, *squares, *products, background))
+            .collect();
         let mut similarity = Self::default();
-        for at in (0..blurred[0].len()).filter(|&at| blurred[4][at] > 0.0) {
-            let [a, b, squares, products] = [0, 1, 2, 3].map(|plane: usize| blurred[plane][at]);
-            similarity.sum += f64::from(window(a, b, squares, products, background));
+        for (own, _) in similarities.iter().zip(held).filter(|(_, held)| *held) {
+            similarity.sum += f64::from(*own);
             similarity.windows += 1;
         }
         similarity
@@ -156,27 +189,49 @@ fn weights() -> [f32; WINDOW] {
 }
 
 /// The weighted mean of every window inside a plane of that width, row by row.
+#[inline(always)]
 fn blur(plane: &[f32], width: usize) -> Vec<f32> {
     let weights = weights();
     let (rows, columns) = (plane.len() / width + 1 - WINDOW, width + 1 - WINDOW);
     let mut out = vec![0.0; rows * columns];
     let mut row = vec![0.0; width];
     for (y, out) in out.chunks_exact_mut(columns).enumerate() {
-        row.fill(0.0);
-        for (k, weight) in weights.iter().enumerate() {
-            add_scaled(&mut row, &plane[(y + k) * width..][..width], *weight);
+        let above: [&[f32]; WINDOW] = std::array::from_fn(|k| &plane[(y + k) * width..][..width]);
+        for (x, mean) in row.iter_mut().enumerate() {
+            let mut sum = 0.0;
+            for k in 0..WINDOW {
+                sum += above[k][x] * weights[k];
+            }
+            *mean = sum;
         }
-        for (k, weight) in weights.iter().enumerate() {
-            add_scaled(out, &row[k..][..columns], *weight);
+        for (mean, window) in out.iter_mut().zip(row.array_windows::<WINDOW>()) {
+            let mut sum = 0.0;
+            for k in 0..WINDOW {
+                sum += window[k] * weights[k];
+            }
+            *mean = sum;
         }
     }
     out
 }
 
-fn add_scaled(sum: &mut [f32], values: &[f32], weight: f32) {
-    for (sum, value) in sum.iter_mut().zip(values) {
-        *sum += value * weight;
+/// Whether every window inside a plane of that width holds anything, row by row.
+#[inline(always)]
+fn spread(plane: &[bool], width: usize) -> Vec<bool> {
+    let (rows, columns) = (plane.len() / width + 1 - WINDOW, width + 1 - WINDOW);
+    let mut out = vec![false; rows * columns];
+    let mut row = vec![false; width];
+    for (y, out) in out.chunks_exact_mut(columns).enumerate() {
+        row.fill(false);
+        for k in 0..WINDOW {
+            let above = &plane[(y + k) * width..][..width];
+            row.iter_mut().zip(above).for_each(|(all, own)| *all |= own);
+        }
+        for k in 0..WINDOW {
+            out.iter_mut().zip(&row[k..]).for_each(|(all, own)| *all |= own);
+        }
     }
+    out
 }
 
 impl AddAssign for Similarity {
@@ -197,27 +252,26 @@ struct Rect {
 impl Rect {
     /// All windows that hold a covered pixel; `None` if there is none.
     fn around(covered: &[bool], width: usize) -> Option<Self> {
-        let places = || covered.iter().enumerate().filter(|(_, covered)| **covered);
-        let columns = || places().map(|(at, _)| at % width);
-        let (left, right) = (columns().min()?, columns().max()?);
-        let (top, bottom) = (places().next()?.0 / width, places().next_back()?.0 / width);
+        let [left, top, right, bottom] = rectangle(covered, width)?;
         let margin = WINDOW - 1;
         Some(Self {
             left: left as isize - margin as isize,
             top: top as isize - margin as isize,
-            width: right - left + 1 + 2 * margin,
-            height: bottom - top + 1 + 2 * margin,
+            width: right - left + 2 * margin,
+            height: bottom - top + 2 * margin,
         })
     }
 
-    /// Its pixels, row-major, as indices of an image of that size; `None` beyond its frame.
-    fn pixels(&self, width: usize, height: usize) -> impl Iterator<Item = Option<usize>> {
-        let inside =
-            move |at: isize, length: usize| usize::try_from(at).ok().filter(|&at| at < length);
-        let rows = (0..self.height as isize).map(move |y| inside(self.top + y, height));
-        let (left, columns) = (self.left, self.width as isize);
-        rows.flat_map(move |y| {
-            (0..columns).map(move |x| Some(y? * width + inside(left + x, width)?))
+    /// Its rows inside an image of that size: the place in the rectangle where each begins, and its pixels
+    /// in the image.
+    fn rows(&self, [width, height]: [usize; 2]) -> impl Iterator<Item = (usize, Range<usize>)> {
+        let own = self.left..self.left + self.width as isize;
+        let columns = own.start.max(0) as usize..(own.end.max(0) as usize).min(width);
+        let (left, top, stride) = (self.left, self.top, self.width);
+        (0..self.height).filter_map(move |row| {
+            let y = usize::try_from(top + row as isize).ok().filter(|y| *y < height)?;
+            let first = (columns.start as isize - left) as usize;
+            Some((row * stride + first, y * width + columns.start..y * width + columns.end))
         })
     }
 }
