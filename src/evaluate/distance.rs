@@ -18,7 +18,9 @@
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
-use seamwise_attr::{Foot, Sample, Surface, TriangleId, area_vector, sample_surface};
+use seamwise_attr::{
+    Foot, Sample, Surface, TriangleId, area_vector, closest_on_triangle, sample_surface,
+};
 
 use super::farthest::{Target, farthest};
 use super::volume::bounding_diagonal;
@@ -203,19 +205,24 @@ pub fn correspond(from: &SampledSurface<'_>, to: &SampledSurface<'_>) -> Option<
     let pairs: Vec<Vec<Pair>> = from
         .samples
         .par_chunks(CHUNK)
-        .map(|samples| samples.iter().filter_map(|s| pair(from, to, &shared, *s)).collect())
+        .map(|samples| {
+            let mut near = None;
+            samples.iter().filter_map(|s| pair(from, to, &shared, *s, &mut near)).collect()
+        })
         .collect();
     let pairs = pairs.concat();
     let (greatest, farthest) = greatest_distance(from, to, &shared, &pairs);
     Some(Correspondence { pairs, greatest, farthest })
 }
 
-/// The counterpart of one sample. None if its position overflows.
+/// The counterpart of one sample. None if its position overflows. `near`: the triangle nearest to the sample
+/// before, if one was searched for, which bounds the search; and afterwards that of this one.
 fn pair(
     from: &SampledSurface<'_>,
     to: &SampledSurface<'_>,
     shared: &[Option<(TriangleId, usize)>],
     sample: Sample,
+    near: &mut Option<TriangleId>,
 ) -> Option<Pair> {
     if let Some((triangle, turn)) = shared[sample.triangle] {
         let mut barycentrics = sample.barycentrics.to_array();
@@ -226,7 +233,12 @@ fn pair(
     let [a, b, c] = from.corners(sample.triangle);
     let weights = sample.barycentrics;
     let point = a * weights.x + b * weights.y + c * weights.z;
-    let nearest = to.surface.closest_foot(point, f64::INFINITY, |_| true)?;
+    let reach = near.map_or(f64::INFINITY, |near| {
+        let corners = to.triangles[near].map(|p| to.positions[p as usize]);
+        closest_on_triangle(point, &corners).2.sqrt() * (1.0 + 1e-9) + f64::MIN_POSITIVE
+    });
+    let nearest = to.surface.closest_foot(point, reach, |_| true)?;
+    *near = Some(nearest.triangle);
     let distance = nearest.distance_squared.sqrt();
     let normal = from.normal(sample.triangle);
     let faces = |triangle| to.normal(triangle).dot(normal) > 0.0;
