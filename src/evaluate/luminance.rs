@@ -8,11 +8,14 @@
 //!
 //! A thing against itself gives exactly 0 and an overlap of exactly 1.
 
-use std::ops::AddAssign;
+use std::ops::{AddAssign, Range};
 
 use seamwise_texture::color::{SrgbCurve, luminance};
 
 use super::render::Image;
+
+/// Pixels that are passed over at once where nothing is seen.
+const CHUNK: usize = 64;
 
 /// Sums over pixels, of one view or of many: adding views up pools them as if they were one image.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -53,9 +56,27 @@ impl Difference {
             (candidate.width, candidate.height),
             "images of two rigs"
         );
-        let curve = SrgbCurve::get();
         let mut sum = Self { pixels: reference.rgb.len() as u64, ..Self::default() };
-        for (at, (&a, &b)) in reference.rgb.iter().zip(&candidate.rgb).enumerate() {
+        for first in (0..reference.rgb.len()).step_by(CHUNK) {
+            let pixels = first..(first + CHUNK).min(reference.rgb.len());
+            let shows =
+                |image: &Image| image.coverage[pixels.clone()].iter().any(|mask| *mask != 0);
+            let is_empty = !shows(reference)
+                && !shows(candidate)
+                && reference.rgb[pixels.clone()] == candidate.rgb[pixels.clone()]
+                && !seams.get(pixels.clone()).is_some_and(|seams| seams.contains(&true));
+            if !is_empty {
+                sum.add(reference, candidate, seams, pixels);
+            }
+        }
+        sum
+    }
+
+    /// Adds the difference of some pixels.
+    fn add(&mut self, reference: &Image, candidate: &Image, seams: &[bool], pixels: Range<usize>) {
+        let (curve, sum) = (SrgbCurve::get(), self);
+        for at in pixels {
+            let (a, b) = (reference.rgb[at], candidate.rgb[at]);
             let (mask_a, mask_b) = (reference.coverage[at], candidate.coverage[at]);
             sum.samples_both += u64::from((mask_a & mask_b).count_ones());
             sum.samples_either += u64::from((mask_a | mask_b).count_ones());
@@ -80,7 +101,6 @@ impl Difference {
                 sum.seam_squared_srgb += srgb;
             }
         }
-        sum
     }
 
     /// RMS difference of linear luminance over all pixels.
