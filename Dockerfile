@@ -4,7 +4,7 @@
 #     docker run --rm -v "$PWD:/work" -u "$(id -u):$(id -g)" seamwise bake helmet.gltf -o out
 
 FROM rust:1.95-slim-trixie AS build
-# meshoptimizer is C++.
+# meshoptimizer and the encoder of KTX2 are C++.
 RUN apt-get update && apt-get install -y --no-install-recommends g++ && rm -rf /var/lib/apt/lists/*
 WORKDIR /src
 COPY . .

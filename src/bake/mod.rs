@@ -11,6 +11,7 @@ mod report;
 mod simplify;
 mod stages;
 pub mod steering;
+mod texture_files;
 mod trials;
 mod unsimplified;
 mod view;
@@ -24,6 +25,7 @@ use crate::evaluate::load::TextureCache;
 use crate::export::bundle::Chain;
 use crate::export::disk::check_writable;
 use crate::export::files::{Format, Layout};
+use crate::image_file::ktx2::encode::check_built;
 use crate::level::LevelAssembly;
 use crate::level::lods::Lods;
 use crate::level::textures::LevelTextures;
@@ -34,11 +36,11 @@ use crate::report::level_textures::draw_level_textures;
 use crate::report::pictures::draw_atlases;
 use crate::report::threads::time_threads;
 use crate::report::verdict::FileSize;
-use crate::report::{BakeReport, Seconds, mesh_reports, peak_memory};
+use crate::report::{BakeReport, Seconds, TextureReport, mesh_reports, peak_memory};
 use crate::surface::colors::keep_colors;
 use crate::surface::geometry::Geometry;
 use crate::surface::group::weld_all;
-use crate::transfer::Origin;
+use crate::transfer::{Origin, TransferOptions};
 pub use baked::{Baked, BakedFile};
 use digest::digest;
 use fragments::warn_of_fragments;
@@ -51,6 +53,7 @@ use stages::{
     load_reference, own_textures, plan_textures, repair_images,
 };
 use steering::MeshSteering;
+use texture_files::Images;
 use trials::Tried;
 use unsimplified::{Surfaces, warn_of_whole_levels};
 use view::view_all;
@@ -177,6 +180,9 @@ struct Levels {
 
 fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> Result<Levels> {
     options.output.check()?;
+    if options.texture_files.ktx2 {
+        check_built()?;
+    }
     let mut clock = Clock { seconds: Seconds::default(), progress };
     let asset = clock.time("read", |s| &mut s.read, || input.read(options.reading))?;
     let sources =
@@ -193,9 +199,9 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
     let Simplified { chains, mut scene, .. } = simplified;
     let mut lods = Lods::from_chains(chains, options.targets.count())?;
     let repairs = clock.time("repair", |s| &mut s.repair, || repair_images(&asset, options))?;
-    let images =
+    let mut images =
         clock.time("repair", |s| &mut s.repair, || finish_images(&asset, repairs.as_deref()))?;
-    let (textures, materials) = match (options.textures, &repairs, &plan) {
+    let (mut textures, materials) = match (options.textures, &repairs, &plan) {
         (Textures::Transfer(transfer), Some(repairs), Some(plan)) => {
             let (surfaces, screen) = (&sources[..], options.screen);
             let (images, limit) = (&images[..], options.reading.memory_limit);
@@ -203,6 +209,7 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
             let asset = &asset;
             let origin =
                 Origin { asset, surfaces, repairs, images, has_level_files_alone, screen, limit };
+            let transfer = TransferOptions { in_blocks: options.texture_files.ktx2, ..transfer };
             let run = || own_textures(&origin, plan, &mut lods, &transfer, progress);
             clock.time("transfer", |s| &mut s.transfer, run)?
         }
@@ -211,6 +218,11 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
             (vec![shared; lods.count()], Vec::new())
         }
     };
+    let finish = || {
+        let (of_source, of_levels) = (&mut images[..], &mut textures[..]);
+        Images { asset: &asset, of_source, of_levels }.finish(options, progress)
+    };
+    warnings.extend(clock.time("ktx2", |s| &mut s.transfer, finish)?);
     grow_all(geometries, &mut lods, &steering);
     let mut extras = Extras::default();
     if let (Some(repairs), Some(_)) = (&repairs, options.report) {
@@ -249,6 +261,9 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
         let view = || view_all(&asset, &levels, input, options, measured.as_ref());
         extras.viewer = Some(clock.time("report", |s| &mut s.report, view)?);
     }
+    let limit = options.reading.memory_limit;
+    let pictures: Vec<Vec<TextureReport>> =
+        levels.iter().map(|level| TextureReport::of(level, limit)).collect::<Result<_>>()?;
     let encode = || {
         let BakeOptions { output, screen, .. } = *options;
         let source_morphs = match output.layout {
@@ -266,9 +281,10 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
         Ok(files)
     };
     let files = clock.time("write", |s| &mut s.write, encode)?;
-    let levels = level_reports(&asset, &assembled, &lods, &steering, options, measured.as_ref());
+    let own = (&assembled[..], &pictures[..]);
+    let levels = level_reports(&asset, own, &lods, &steering, options, measured.as_ref());
     let files_read = input.files(&asset, options.reading);
-    let input_report = input_report(input, &files_read, &asset, &sources);
+    let input_report = input_report(input, &files_read, &asset, &sources, limit)?;
     input.warn_of_name(&mut warnings);
     warn_of_whole_levels(&levels, input_report.triangles, &options.targets, &mut warnings);
     warnings.extend(measured.as_ref().map(|own| own.warnings.clone()).unwrap_or_default());

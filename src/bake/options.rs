@@ -29,6 +29,8 @@ pub struct BakeOptions {
     pub polish: Option<Polish>,
     /// The handling of textures.
     pub textures: Textures,
+    /// The files of textures, once all are made.
+    pub texture_files: TextureFiles,
     /// Options of the evaluation of levels, if there is one; for the pixel tolerance of `screen`, and for
     /// its height unless they have another than their default.
     pub evaluate: Option<evaluate::Options>,
@@ -85,6 +87,7 @@ impl Default for BakeOptions {
             steering: Steering::default(),
             polish: Some(Polish::default()),
             textures: Textures::default(),
+            texture_files: TextureFiles::default(),
             evaluate: Some(evaluate::Options::default()),
             reference_as_is: false,
             screen: Screen::default(),
@@ -242,6 +245,14 @@ impl Textures {
             false => Self::default(),
         }
     }
+}
+
+/// The files of textures, once all are made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TextureFiles {
+    /// Whether they are KTX2 (`KHR_texture_basisu`), the source's as well as levels' own: UASTC with all mip maps, which
+    /// stays compressed on a graphics processor.
+    pub ktx2: bool,
 }
 
 #[cfg(test)]

@@ -9,10 +9,13 @@ use super::options::{BakeOptions, BudgetPer};
 use super::simplify::triangle_count;
 use super::steering::MeshSteering;
 use crate::document::asset::Asset;
+use crate::error::Result;
 use crate::export::bundle::Measured;
 use crate::level::lods::Lods;
 use crate::level::{AssetLevel, LevelMesh};
-use crate::report::{FarthestPart, InputReport, LevelReport};
+use crate::limit::MemoryLimit;
+use crate::report::texture::gpu_bytes_of;
+use crate::report::{FarthestPart, InputReport, LevelReport, TextureReport};
 use crate::screen::made_needless_by;
 use crate::surface::geometry::Geometry;
 
@@ -21,10 +24,11 @@ pub(crate) fn input_report(
     files: &[PathBuf],
     asset: &Asset,
     geometries: &[Geometry],
-) -> InputReport {
+    limit: MemoryLimit,
+) -> Result<InputReport> {
     let size = |path: &PathBuf| std::fs::metadata(path).map_or(0, |file| file.len());
     let meshes = geometries.iter().map(|geometry| &geometry.welded);
-    InputReport {
+    Ok(InputReport {
         file: match input {
             Input::File(path) | Input::FileAs(path, _) => path.display().to_string(),
             Input::Bytes(_, name) => name.to_owned(),
@@ -34,13 +38,14 @@ pub(crate) fn input_report(
             Input::File(_) | Input::FileAs(..) => files.iter().map(size).sum(),
         },
         texture_bytes: asset.images.iter().map(|image| image.bytes.len()).sum(),
+        texture_gpu_bytes: gpu_bytes_of(&TextureReport::of(asset, limit)?),
         draw_calls: geometries.iter().map(|geometry| geometry.parts.len()).sum(),
         meshes: geometries.iter().map(|geometry| geometry.meshes.len()).sum(),
         triangles: triangle_count(geometries),
         points: meshes.clone().map(|welded| welded.mesh.positions.len()).sum(),
         wedges: meshes.clone().map(|welded| welded.mesh.wedge_points.len()).sum(),
         degenerate_triangles: meshes.map(|welded| welded.degenerate).sum(),
-    }
+    })
 }
 
 /// A message: why a descent stopped, and what may be done about it.
@@ -53,7 +58,7 @@ fn explain(stop: Stop) -> String {
 
 pub(crate) fn level_reports(
     asset: &Asset,
-    assembled: &[AssetLevel<'_>],
+    (assembled, textures): (&[AssetLevel<'_>], &[Vec<TextureReport>]),
     lods: &Lods,
     steering: &[MeshSteering],
     options: &BakeOptions,
@@ -86,6 +91,8 @@ pub(crate) fn level_reports(
             goal: None,
             draw_calls: assembled[index].meshes.iter().map(LevelMesh::draw_calls).sum(),
             texture_bytes: assembled[index].textures.bytes(),
+            texture_gpu_bytes: gpu_bytes_of(&textures[index]),
+            textures: textures[index].clone(),
             // Known when it is written.
             bytes: 0,
             reached: stopped.is_empty(),

@@ -33,6 +33,8 @@ pub(super) fn option_words(options: &BakeOptions) -> Vec<String> {
         }
         Textures::Transfer(_) => "textures of each level's own, sampled from the source",
     };
+    let files = if options.texture_files.ktx2 { ", in KTX2" } else { "" };
+    let textures = textures.to_owned() + files;
     let screen = &options.screen;
     let screen = format!(
         "sizes for a screen of {} × {} pixels, {}° high, and {} of tolerance",
@@ -44,7 +46,7 @@ pub(super) fn option_words(options: &BakeOptions) -> Vec<String> {
             pixels => format!("{pixels} pixels"),
         }
     );
-    vec![levels, budget.to_owned(), polish.to_owned(), textures.to_owned(), screen]
+    vec![levels, budget.to_owned(), polish.to_owned(), textures, screen]
 }
 
 #[cfg(test)]

@@ -318,6 +318,7 @@ impl BakeArgs {
             steering: self.steering()?,
             polish: self.polish(),
             textures: self.textures.resolve(shares)?,
+            texture_files: self.textures.files(),
             goals,
             evaluate: self.measuring.evaluate(),
             reference_as_is: self.measuring.reference_as_is,

@@ -2,7 +2,7 @@
 
 use clap::{Args, ValueEnum};
 
-use seamwise::bake::options::Textures;
+use seamwise::bake::options::{TextureFiles, Textures};
 use seamwise::error::{Error, Result};
 use seamwise::limit::MemoryLimit;
 use seamwise::transfer::{Atlas, BakeNormals, Sizes, TextureFormat, TransferOptions};
@@ -93,6 +93,9 @@ pub(crate) enum FormatMode {
     Jpeg,
     /// Lossless and smaller; readers must know EXT_texture_webp.
     Webp,
+    /// Blocks for graphics processors with all mip maps, a quarter of the memory there; readers must know
+    /// KHR_texture_basisu. All textures become so, whatever --textures says.
+    Ktx2,
 }
 
 impl From<FormatMode> for TextureFormat {
@@ -102,6 +105,8 @@ impl From<FormatMode> for TextureFormat {
             FormatMode::Png => Self::Png,
             FormatMode::Jpeg => Self::Jpeg,
             FormatMode::Webp => Self::WebP,
+            // Made without loss, and compressed at the end.
+            FormatMode::Ktx2 => Self::Png,
         }
     }
 }
@@ -148,7 +153,7 @@ impl TextureArgs {
             ("--merge-materials", self.merge_materials),
             ("--texture-scale", self.texture_scale.is_some()),
             ("--budget", self.budget.is_some()),
-            ("--texture-format", self.texture_format.is_some()),
+            ("--texture-format", self.texture_format.is_some() && !self.is_ktx2()),
             ("--jpeg-quality", self.jpeg_quality.is_some()),
             ("--bake-normals", self.bake_normals.is_some()),
             ("--keep-coverage", self.keep_coverage),
@@ -159,6 +164,15 @@ impl TextureArgs {
                 Err(Error::Options { what: format!("{name} needs --textures auto or transfer") })
             }
         }
+    }
+
+    /// The files of textures that these arguments give.
+    pub(super) fn files(&self) -> TextureFiles {
+        TextureFiles { ktx2: self.is_ktx2() }
+    }
+
+    fn is_ktx2(&self) -> bool {
+        matches!(self.texture_format, Some(FormatMode::Ktx2))
     }
 
     fn transfer(&self) -> TransferOptions {
@@ -180,6 +194,7 @@ impl TextureArgs {
             format: self.texture_format.map_or(default.format, TextureFormat::from),
             quality: self.jpeg_quality.unwrap_or(default.quality),
             keep_coverage: self.keep_coverage,
+            in_blocks: self.is_ktx2(),
         }
     }
 }

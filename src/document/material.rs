@@ -79,7 +79,7 @@ fn slots_at(asset: &Asset, at: &str) -> Result<Vec<TextureSlot>> {
         }
     };
     let (uv_set, transform) = layout(asset, at)?;
-    let role = role(at);
+    let role = role_of(at);
     let has_scale = role == Role::Normal;
     let normal_scale = if has_scale { parse_or(asset, &format!("{at}/scale"), 1.0)? } else { 1.0 };
     let slot = |image| {
@@ -177,7 +177,7 @@ pub(crate) fn parse_or<T: serde::de::DeserializeOwned>(
 
 /// The meaning of a texture's texels, from its name in the material: glTF stores colors in sRGB,
 /// everything else linear.
-fn role(at: &str) -> Role {
+pub(crate) fn role_of(at: &str) -> Role {
     const COLORS: &[&str] = &[
         "baseColorTexture",
         "emissiveTexture",

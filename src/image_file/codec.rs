@@ -6,12 +6,10 @@ use image::codecs::hdr::HdrEncoder;
 use image::codecs::jpeg::JpegEncoder;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::error::{DecodingError, EncodingError, UnsupportedError, UnsupportedErrorKind};
-use image::{
-    ColorType, DynamicImage, GenericImageView, ImageDecoder, ImageEncoder, ImageError, ImageReader,
-};
+use image::{ColorType, DynamicImage, ImageDecoder, ImageEncoder, ImageError, ImageReader};
 
 use super::encoded::{EncodedImage, ImageFormat};
-use super::ktx2;
+use super::ktx2::{self, container};
 use super::metadata::{Metadata, is_animated, jpeg_ends};
 use super::palette::{has_palette, write_indexed};
 use crate::error::{Error, Result};
@@ -67,7 +65,9 @@ pub(crate) fn dimensions(image: &EncodedImage, at: &str, limit: MemoryLimit) -> 
         Some(codec) => open(&image.bytes, codec, limit)
             .map_err(|error| Error::invalid(at, error.to_string()))?
             .dimensions(),
-        None => decode(image, at, limit)?.dimensions(),
+        None => container::size(&image.bytes)
+            .map(|[width, height]| (width, height))
+            .ok_or_else(|| Error::invalid(at, "it ends within its header"))?,
     };
     Ok([width as usize, height as usize])
 }

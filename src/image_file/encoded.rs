@@ -33,8 +33,8 @@ pub enum ImageFormat {
     Jpeg,
     /// Either; a texture names it in `EXT_texture_webp`. Written losslessly.
     WebP,
-    /// Lossy, for graphics processors; a texture names it in `KHR_texture_basisu`. There is no
-    /// encoder: a changed one becomes a PNG.
+    /// Lossy, for graphics processors; a texture names it in `KHR_texture_basisu`. A changed one becomes a
+    /// PNG, unless all textures are to be KTX2.
     Ktx2,
 }
 

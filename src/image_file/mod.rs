@@ -3,7 +3,7 @@
 pub mod codec;
 pub mod encoded;
 pub(crate) mod exr;
-mod ktx2;
+pub(crate) mod ktx2;
 pub(crate) mod metadata;
 pub(crate) mod palette;
 pub(crate) mod picture;

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::pictures::{MOST_ATLASES, Picture, thumbnail};
+use super::texture::gpu_bytes;
 use super::ticks::grouped;
 use crate::document::asset::Asset;
 use crate::error::Result;
@@ -28,15 +29,19 @@ pub(crate) struct TexturePicture {
     pub(crate) size: [u32; 2],
     /// Bytes of its file.
     pub(crate) bytes: usize,
+    /// Bytes on a graphics processor, with mip maps.
+    pub(crate) gpu_bytes: u64,
     /// The texture itself.
     pub(crate) picture: Picture,
 }
 
 impl TexturePicture {
-    /// A line of text: its size in texels and in kB.
+    /// A line of text: its size in texels and in kB, as a file and on a graphics processor.
     pub(crate) fn detail(&self) -> String {
         let [width, height] = self.size;
-        format!("{width} × {height}, {} kB", grouped(self.bytes.div_ceil(1000)))
+        let [file, gpu] =
+            [self.bytes, self.gpu_bytes as usize].map(|own| grouped(own.div_ceil(1000)));
+        format!("{width} × {height}, {file} kB, {gpu} kB on a GPU")
     }
 }
 
@@ -82,6 +87,7 @@ fn draw_one(
         name: level.image_name(index).map_or_else(|| format!("Image {index}"), str::to_owned),
         size: [texels.width(), texels.height()],
         bytes: image.bytes.len(),
+        gpu_bytes: gpu_bytes(image, [texels.width(), texels.height()].map(|side| side as usize)),
         picture: Picture::new(&thumbnail(&texels))?,
     })
 }

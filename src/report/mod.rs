@@ -19,6 +19,7 @@ mod seconds;
 pub mod several;
 mod summary;
 mod table;
+pub(crate) mod texture;
 pub(crate) mod threads;
 mod ticks;
 pub(crate) mod verdict;
@@ -42,6 +43,7 @@ pub use farthest::FarthestPart;
 pub use meshes::MeshReport;
 pub(crate) use meshes::mesh_reports;
 pub use seconds::Seconds;
+pub use texture::TextureReport;
 pub use threads::{Spread, StageTime, ThreadTimes};
 
 /// The report of a bake, in schema 1.
@@ -94,6 +96,8 @@ pub struct InputReport {
     pub bytes: u64,
     /// Bytes of its images, as files.
     pub texture_bytes: usize,
+    /// Bytes of its images on a graphics processor, with mip maps.
+    pub texture_gpu_bytes: u64,
     /// Its triangle primitives.
     pub draw_calls: usize,
     /// Meshes with triangles.
@@ -132,6 +136,10 @@ pub struct LevelReport {
     pub draw_calls: usize,
     /// Bytes of the images that it uses, as files.
     pub texture_bytes: usize,
+    /// Bytes of its images on a graphics processor, with mip maps.
+    pub texture_gpu_bytes: u64,
+    /// Its images.
+    pub textures: Vec<TextureReport>,
     /// Bytes of its files, with all images that it uses.
     pub bytes: u64,
     /// Whether the target was reached.

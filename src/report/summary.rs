@@ -5,7 +5,7 @@ use super::choices::{budget_line, choice_table};
 use super::columns::{Column, fit, size, wrap};
 use super::meshes::mesh_table;
 use super::ticks::grouped;
-use super::{BakeReport, CandidateReport, EvaluateReport, LevelReport, Seconds};
+use super::{BakeReport, CandidateReport, EvaluateReport, LevelReport, Seconds, TextureReport};
 use crate::evaluate::Metrics;
 use crate::evaluate::reference::ReferenceTextures;
 use crate::transfer::MaterialTextures;
@@ -55,7 +55,14 @@ impl BakeReport {
         });
         let textures = |bytes: usize| if bytes == 0 { String::new() } else { size(bytes as u64) };
         let calls = |calls: usize| grouped(calls);
-        vec![
+        let on_gpu = |bytes: u64| if bytes == 0 { String::new() } else { size(bytes) };
+        let mut textures_of_levels = levels.iter().flat_map(|level| &level.textures);
+        let on_gpu = textures_of_levels.any(TextureReport::is_compressed).then(|| {
+            column("on the GPU", 1, on_gpu(input.texture_gpu_bytes), &|level| {
+                on_gpu(level.texture_gpu_bytes)
+            })
+        });
+        let mut columns = vec![
             Column::new("level", 0, std::iter::once("source".to_owned()).chain(names).collect()),
             column("triangles", 0, grouped(input.triangles), &|level| grouped(level.triangles)),
             column("draws", 2, calls(input.draw_calls), &|level| calls(level.draw_calls)),
@@ -72,7 +79,9 @@ impl BakeReport {
             figure("luminance", 5, |m| seen(m.rms_luminance_srgb, 5)),
             figure("silhouette", 6, |m| seen(m.silhouette_iou, 4)),
             figure("volume", 7, volume),
-        ]
+        ];
+        columns.splice(4..4, on_gpu);
+        columns
     }
 
     /// The size up to which a level looks like its source, in pixels along the diagonal.

@@ -100,6 +100,8 @@ mod tests {
             error: 0.0,
             draw_calls: 1,
             texture_bytes: 480_000,
+            texture_gpu_bytes: 5_592_404,
+            textures: Vec::new(),
             bytes: 0,
             reached: true,
             why: None,

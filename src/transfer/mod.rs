@@ -36,6 +36,7 @@ use seamwise_texture::transfer::{Pair, Source};
 use crate::document::material::materials_of;
 use crate::document::prune::Leftovers;
 use crate::error::{Error, Result};
+use crate::image_file::ktx2::encode::{bytes_with_mips, stored_size};
 use crate::level::lods::Lods;
 use crate::level::textures::LevelTextures;
 use crate::progress::Progress;
@@ -145,7 +146,7 @@ fn first_sizes(
     sheets: &[Sheet<'_>],
     texel_density: &TexelDensity,
     surfaces: &[Geometry],
-    TransferOptions { sizes, chooses, .. }: TransferOptions,
+    TransferOptions { sizes, chooses, in_blocks, .. }: TransferOptions,
 ) -> SheetSizes {
     let size = |sheet: &Sheet<'_>, level: usize| match sizes {
         Sizes::Needed | Sizes::Budget(_) => {
@@ -159,7 +160,8 @@ fn first_sizes(
             sheet.size.map(|side| ((side as f64 * factor).round() as usize).clamp(1, side))
         }
     };
-    let of = |sheet| (0..texel_density.levels()).map(|level| size(sheet, level)).collect();
+    let stored = |size| if in_blocks { stored_size(size) } else { size };
+    let of = |sheet| (0..texel_density.levels()).map(|level| stored(size(sheet, level))).collect();
     sheets.iter().map(of).collect()
 }
 
@@ -218,12 +220,12 @@ impl TextureMaker<'_> {
         let Sizes::Budget(budget) = self.options.sizes else { return Ok(made) };
         let mut shares = self.shares(&made)?;
         for _ in 0..ATTEMPTS {
-            let bytes: usize = made.iter().flatten().map(Made::bytes).sum();
+            let bytes: usize = made.iter().flatten().map(|made| self.bytes(made)).sum();
             if bytes as u64 <= budget {
                 return Ok(made);
             }
             for (share, made) in shares.iter_mut().zip(made.iter().flatten()) {
-                share.bytes = made.bytes() as f64;
+                share.bytes = self.bytes(made) as f64;
             }
             if !fit(&mut shares, budget as f64) {
                 break;
@@ -231,13 +233,27 @@ impl TextureMaker<'_> {
             let mut shares = shares.iter();
             let next = |sheet: &Sheet<'_>| -> Vec<[usize; 2]> {
                 let own = shares.by_ref().take(self.levels.len());
-                own.map(|share| halved(sheet.size, share.halvings)).collect()
+                own.map(|share| self.stored(halved(sheet.size, share.halvings))).collect()
             };
             let sizes: SheetSizes = self.sheets.iter().map(next).collect();
             made = self.make(&sizes, made)?;
         }
         let what = format!("no size of the levels' textures fits a budget of {budget} bytes");
         Err(Error::Options { what })
+    }
+
+    /// The size that is made for a size that is needed.
+    fn stored(&self, size: [usize; 2]) -> [usize; 2] {
+        if self.options.in_blocks { stored_size(size) } else { size }
+    }
+
+    /// Bytes of the images of a sheet for a level.
+    fn bytes(&self, made: &Made) -> usize {
+        if self.options.in_blocks {
+            made.count() * bytes_with_mips(made.size)
+        } else {
+            made.bytes()
+        }
     }
 
     /// Chooses among the images of all sheets and levels.
@@ -264,6 +280,9 @@ impl TextureMaker<'_> {
         let images = &self.origin.asset.images;
         match self.options.sizes {
             Sizes::Budget(budget) => Some(budget),
+            Sizes::Needed if self.options.in_blocks => {
+                Some((self.texels() * 4).div_ceil(3).max(LEAST_BUDGET))
+            }
             Sizes::Needed => {
                 let files: usize = images.iter().map(|image| image.bytes.len()).sum();
                 Some((files as u64).max(self.texels()).max(LEAST_BUDGET))
@@ -335,7 +354,7 @@ impl TextureMaker<'_> {
             }
             for (level, made) in made.iter().enumerate() {
                 let unseen = self.texel_density.unseen(surfaces, sheet.layout, sheet.size, level);
-                let (bytes, details) = (made.bytes() as f64, details.clone());
+                let (bytes, details) = (self.bytes(made) as f64, details.clone());
                 shares.push(Share { bytes, halvings: unseen, unseen, details });
             }
         }

@@ -50,6 +50,9 @@ pub struct TransferOptions {
     /// Whether the alpha of images that a `MASK` cuts out is scaled, so that as large a share of a
     /// level's texels passes the cutoff as of the source's; not in merged materials.
     pub keep_coverage: bool,
+    /// Whether images are to be compressed in blocks of 4 × 4 texels of 16 bytes once they are made: their
+    /// sides are multiples of four then, and a budget counts those bytes with mip maps instead of the files'.
+    pub in_blocks: bool,
 }
 
 impl Default for TransferOptions {
@@ -64,6 +67,7 @@ impl Default for TransferOptions {
             format: TextureFormat::default(),
             quality: EncodeOptions::default().quality,
             keep_coverage: false,
+            in_blocks: false,
         }
     }
 }

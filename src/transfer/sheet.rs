@@ -22,6 +22,7 @@ use super::sizes::TexelDensity;
 use crate::error::{Error, Result};
 use crate::image_file::codec::{decode, dimensions};
 use crate::image_file::encoded::EncodedImage;
+use crate::image_file::ktx2::encode::{bytes_with_mips, stored_size};
 use crate::level::textures::{MergedMaterial, NormalMap};
 use crate::surface::geometry::Geometry;
 
@@ -67,6 +68,12 @@ pub(super) struct Made {
 }
 
 impl Made {
+    /// Number of images.
+    pub(super) fn count(&self) -> usize {
+        let merged = self.merged.as_ref().map_or(0, |own| own.images.len());
+        self.images.len() + self.normals.len() + merged
+    }
+
     /// Bytes of all files.
     pub(super) fn bytes(&self) -> usize {
         let old = self.images.iter().map(|(_, image)| image.bytes.len());
@@ -241,11 +248,12 @@ impl Sheet<'_> {
                 let one = |(image, validity): (DynamicImage, Validity)| {
                     store(&fill(at, image, &validity)?, outputs[at].role, before(at), format)
                 };
-                let smaller = smaller(image, outputs[at].role, is_wanted(at))?;
+                let smaller = smaller(image, outputs[at].role, (is_wanted(at), options.in_blocks))?;
                 smaller.into_par_iter().map(one).collect::<Result<Vec<_>>>()
             };
             let stored = images.par_iter().enumerate().map(candidates).collect::<Result<_>>()?;
-            return Ok(Made { measured: self.measure(&job, stored, origin)?, ..none });
+            let measured = self.measure(&job, stored, origin, options.in_blocks)?;
+            return Ok(Made { measured, ..none });
         }
         let filled = images.into_par_iter().enumerate();
         let filled = filled.map(|(at, (image, validity))| fill(at, image, &validity));
@@ -298,7 +306,12 @@ impl Sheet<'_> {
         job: &Job<'_>,
         stored: Vec<Vec<EncodedImage>>,
         origin: &Origin<'_>,
+        in_blocks: bool,
     ) -> Result<Vec<Measured>> {
+        let bytes = |image: &EncodedImage, size: [usize; 2]| match in_blocks {
+            true => bytes_with_mips(size),
+            false => image.bytes.len(),
+        };
         let read = |(stored, output): (&Vec<EncodedImage>, &Output<'_>)| {
             let one = |image: &EncodedImage| {
                 let image = decode(image, "a level's image", origin.limit)?;
@@ -317,11 +330,11 @@ impl Sheet<'_> {
         let of = |(at, ((image, gained), files)): (usize, ((usize, bool), Vec<EncodedImage>))| {
             let ImageErrors { shared, own, share } = &errors[at];
             let own = files.into_iter().zip(own).zip(&sizes[at]).map(|((file, &error), &size)| {
-                (Candidate { size, bytes: file.bytes.len(), error }, file)
+                (Candidate { size, bytes: bytes(&file, size), error }, file)
             });
             let (role, own) = (job.outputs[at].role, own.collect());
             let in_file = origin.has_level_files_alone && !gained;
-            let shared_bytes = if in_file { origin.images[image].bytes.len() } else { 0 };
+            let shared_bytes = if in_file { bytes(&origin.images[image], self.size) } else { 0 };
             Measured {
                 shared_bytes,
                 image,
@@ -358,16 +371,21 @@ impl Sheet<'_> {
     }
 }
 
-/// An image in its own size and in smaller ones; none at all if it is not wanted.
+/// An image in its own size and in smaller ones, of whole blocks if they are to be compressed; none at all if it is
+/// not wanted.
 fn smaller(
     (image, validity): &(DynamicImage, Validity),
     role: Role,
-    is_wanted: bool,
+    (is_wanted, in_blocks): (bool, bool),
 ) -> Result<Vec<(DynamicImage, Validity)>> {
     let mut all = Vec::new();
     let least = image.width().min(image.height()) as usize;
     for halvings in 0..=HALVINGS {
         if !is_wanted || halvings > 0 && least >> halvings < LEAST_SIDE {
+            break;
+        }
+        let size = [image.width(), image.height()].map(|side| side as usize >> halvings);
+        if in_blocks && stored_size(size) != size {
             break;
         }
         all.push(match halvings {

@@ -17,6 +17,7 @@ mod geomorph;
 mod golden;
 mod inputs;
 mod joins;
+mod ktx2;
 mod lightmaps;
 mod low_poly;
 mod merging;

@@ -7,22 +7,15 @@
 
 use image::DynamicImage;
 
+use super::container::{LENGTH, SCHEME, ZSTANDARD, number, size};
 use crate::limit::MemoryLimit;
 
-/// Offsets in the header of the width, the height, the scheme of the levels' compression, and the
-/// length of the decompressed first level (KTX 2.0 §3).
-const WIDTH: usize = 20;
-const HEIGHT: usize = 24;
-const SCHEME: usize = 44;
-const LENGTH: usize = 96;
-/// The scheme of Zstandard.
-const ZSTANDARD: u32 = 2;
 /// Bytes that decoding takes for each texel: RGBA, once more as it is returned.
 const BYTES_PER_TEXEL: u64 = 8;
 
 /// Decodes the first level of a file; says what is wrong with it otherwise.
 pub(crate) fn decode(file: &[u8], limit: MemoryLimit) -> Result<DynamicImage, String> {
-    let (Some(width), Some(height)) = (number(file, WIDTH), number(file, HEIGHT)) else {
+    let Some([width, height]) = size(file) else {
         return Err("it ends within its header".to_owned());
     };
     let size = [width, height].map(u64::from);
@@ -37,11 +30,6 @@ pub(crate) fn decode(file: &[u8], limit: MemoryLimit) -> Result<DynamicImage, St
         return Err("its first level is of another length than its size".to_owned());
     }
     transcode(file, width, height)
-}
-
-/// The little-endian number at a place of a file.
-fn number(file: &[u8], at: usize) -> Option<u32> {
-    file.get(at..)?.first_chunk().map(|&bytes| u32::from_le_bytes(bytes))
 }
 
 #[cfg(feature = "basisu")]
@@ -72,12 +60,13 @@ fn transcode(_: &[u8], _: u32, _: u32) -> Result<DynamicImage, String> {
 mod tests {
     use image::RgbaImage;
 
+    use super::super::container::{HEIGHT, WIDTH};
     use super::*;
 
     const FILES: [&[u8]; 3] = [
-        include_bytes!("../../tests/encoded/etc1s.ktx2"),
-        include_bytes!("../../tests/encoded/uastc.ktx2"),
-        include_bytes!("../../tests/encoded/uastc_zstd.ktx2"),
+        include_bytes!("../../../tests/encoded/etc1s.ktx2"),
+        include_bytes!("../../../tests/encoded/uastc.ktx2"),
+        include_bytes!("../../../tests/encoded/uastc_zstd.ktx2"),
     ];
 
     /// The picture that all of them were made from.
