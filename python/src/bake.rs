@@ -5,17 +5,20 @@ use std::time::Duration;
 
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
-use seamwise::bake::options::{BudgetPer, ReportOptions, Targets, Textures};
+use seamwise::bake::options::{BudgetPer, ReportOptions, Targets, TextureFiles, Textures};
 use seamwise::bake::{Input, bake as bake_to, bake_in_memory};
 use seamwise::batch::{Job, Shard, parse_manifest};
 use seamwise::export::files::{Format, Geomorph, Layout, OutputOptions};
 use seamwise::import::options::ReadOptions;
-use seamwise::transfer::TransferOptions;
+use seamwise::transfer::{TextureFormat, TransferOptions};
 use seamwise::{BakeOptions, Error};
 
 use crate::errors::raise;
 use crate::evaluate::{Looks, Source};
 use crate::progress::Watch;
+
+/// The number of KTX2 among the formats of textures.
+const KTX2: usize = 5;
 
 /// The options of a bake under the names of the command line; `None` stands for the tool's default.
 #[derive(FromPyObject)]
@@ -24,6 +27,9 @@ pub(crate) struct Keywords {
     ratios: Option<Vec<f64>>,
     triangles: Option<Vec<usize>>,
     textures: Option<String>,
+    texture_format: Option<String>,
+    texture_quality: Option<u8>,
+    png: Option<String>,
     budget_per: Option<String>,
     layout: Option<String>,
     format: Option<String>,
@@ -141,6 +147,7 @@ impl Keywords {
             steering,
             polish: base.polish.filter(|_| self.polish),
             textures: self.textures()?,
+            texture_files: self.texture_files()?,
             evaluate: self.evaluate.then(|| looks.options()),
             screen,
             report: self.report.then(ReportOptions::default),
@@ -173,12 +180,13 @@ impl Keywords {
 
     fn textures(&self) -> Result<Textures, Error> {
         let Some(name) = &self.textures else {
-            return Ok(Textures::default_for(None, self.geomorph()?));
+            let shares = Textures::are_shared_by_default(None, self.geomorph()?);
+            return Ok(if shares { Textures::Repair } else { self.chosen()? });
         };
         Ok(match choice("textures", Some(name), &["auto", "repair", "transfer", "keep"])? {
-            0 => Textures::default(),
+            0 => self.chosen()?,
             1 => Textures::Repair,
-            2 => Textures::Transfer(TransferOptions::default()),
+            2 => Textures::Transfer(self.transfer()?),
             _ => Textures::Keep,
         })
     }
@@ -187,6 +195,45 @@ impl Keywords {
         let all = [Geomorph::None, Geomorph::Attributes, Geomorph::Target];
         let names = ["none", "attributes", "target"];
         choice("geomorph", self.geomorph.as_ref(), &names).map(|own| all[own])
+    }
+
+    fn chosen(&self) -> Result<Textures, Error> {
+        Ok(Textures::Transfer(TransferOptions { chooses: true, ..self.transfer()? }))
+    }
+
+    fn transfer(&self) -> Result<TransferOptions, Error> {
+        let base = TransferOptions::default();
+        let quality = self.texture_quality.unwrap_or(base.quality);
+        if !(1..=100).contains(&quality) {
+            let what = format!("texture_quality is {quality}: it is one of 1 to 100");
+            return Err(Error::Options { what });
+        }
+        let format = match self.texture_format()? {
+            0 => TextureFormat::Keep,
+            2 => TextureFormat::Jpeg,
+            3 => TextureFormat::WebP,
+            4 => TextureFormat::LossyWebP,
+            // KTX2 is made of what was stored without loss.
+            _ => TextureFormat::Png,
+        };
+        Ok(TransferOptions { format, quality, ..base })
+    }
+
+    fn texture_files(&self) -> Result<TextureFiles, Error> {
+        let format = self.texture_format()?;
+        let has_own = matches!(self.textures()?, Textures::Transfer(_));
+        if !has_own && (self.texture_quality.is_some() || !matches!(format, 0 | KTX2)) {
+            let what = "texture_format and texture_quality need textures=\"auto\" or \"transfer\"";
+            return Err(Error::Options { what: what.into() });
+        }
+        let smallest_png = choice("png", self.png.as_ref(), &["fast", "smallest"])? == 1;
+        Ok(TextureFiles { ktx2: format == KTX2, smallest_png })
+    }
+
+    /// The number of the format among those that there are.
+    fn texture_format(&self) -> Result<usize, Error> {
+        let formats = ["keep", "png", "jpeg", "webp", "webp-lossy", "ktx2"];
+        choice("texture_format", self.texture_format.as_ref(), &formats)
     }
 
     fn output(&self) -> Result<OutputOptions, Error> {

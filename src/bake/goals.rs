@@ -59,7 +59,7 @@ impl Goals {
         if measure == Measure::Quality && bounds.iter().any(|bound| *bound >= 1.0) {
             return options(
                 "a quality lies below 1, which only the source has: 0.99 for instance; for that of JPEGs \
-                 say --jpeg-quality",
+                 say --texture-quality",
             );
         }
         let falls = |pair: &[f64]| match measure {
@@ -268,7 +268,9 @@ mod tests {
         assert!(
             new(Measure::Quality, &[]).is_err() && new(Measure::Quality, &[0.9, 0.99]).is_err()
         );
-        assert!(new(Measure::Quality, &[90.0]).unwrap_err().to_string().contains("--jpeg-quality"));
+        assert!(
+            new(Measure::Quality, &[90.0]).unwrap_err().to_string().contains("--texture-quality")
+        );
         assert!(new(Measure::PixelsOff, &[2.0, 1.0]).is_err());
         assert!(new(Measure::PixelsOff, &[1.0, 2.0]).is_ok());
         assert!(new(Measure::Vertices, &[f64::NAN]).is_err());

@@ -25,7 +25,6 @@ use crate::evaluate::load::TextureCache;
 use crate::export::bundle::Chain;
 use crate::export::disk::check_writable;
 use crate::export::files::{Format, Layout};
-use crate::image_file::ktx2::encode::check_built;
 use crate::level::LevelAssembly;
 use crate::level::lods::Lods;
 use crate::level::textures::LevelTextures;
@@ -53,7 +52,7 @@ use stages::{
     load_reference, own_textures, plan_textures, repair_images,
 };
 use steering::MeshSteering;
-use texture_files::Images;
+use texture_files::{Images, check_encoders};
 use trials::Tried;
 use unsimplified::{Surfaces, warn_of_whole_levels};
 use view::view_all;
@@ -180,9 +179,7 @@ struct Levels {
 
 fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> Result<Levels> {
     options.output.check()?;
-    if options.texture_files.ktx2 {
-        check_built()?;
-    }
+    check_encoders(options)?;
     let mut clock = Clock { seconds: Seconds::default(), progress };
     let asset = clock.time("read", |s| &mut s.read, || input.read(options.reading))?;
     let sources =
@@ -222,7 +219,7 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
         let (of_source, of_levels) = (&mut images[..], &mut textures[..]);
         Images { asset: &asset, of_source, of_levels }.finish(options, progress)
     };
-    warnings.extend(clock.time("ktx2", |s| &mut s.transfer, finish)?);
+    warnings.extend(clock.time("texture files", |s| &mut s.transfer, finish)?);
     grow_all(geometries, &mut lods, &steering);
     let mut extras = Extras::default();
     if let (Some(repairs), Some(_)) = (&repairs, options.report) {

@@ -253,6 +253,9 @@ pub struct TextureFiles {
     /// Whether they are KTX2 (`KHR_texture_basisu`), the source's as well as levels' own: UASTC with all mip maps, which
     /// stays compressed on a graphics processor.
     pub ktx2: bool,
+    /// Whether PNGs are as small as they can be without loss, the source's as well as levels' own, which takes many times
+    /// as long.
+    pub smallest_png: bool,
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
-//! The files of textures, once all are made: in KTX2 for graphics processors.
+//! The files of textures, once all are made: in KTX2 for graphics processors, or PNGs as small as they can be.
 //!
-//! Each image is encoded once, however many levels share it. What is no picture stays as it is: an image whose charts are
+//! Each image is encoded once, however many levels share it. What is no picture stays out of KTX2: an image whose charts are
 //! single colors, which blocks of 4 × 4 texels would mix, and one that is read both as color and as other data, of
 //! which a file can be only one.
 
@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use seamwise_texture::Role;
 
-use super::options::BakeOptions;
+use super::options::{BakeOptions, Textures};
 use crate::atlas::atlases;
 use crate::document::asset::Asset;
 use crate::document::material::{TextureSlot, material_slots, role_of};
@@ -20,10 +20,31 @@ use crate::export::files::Layout;
 use crate::image_file::codec::{decode, dimensions};
 use crate::image_file::encoded::{EncodedImage, ImageFormat};
 use crate::image_file::ktx2::encode::{self, stored_size};
+use crate::image_file::{lossy_webp, smallest_png};
 use crate::level::textures::LevelTextures;
 use crate::limit::MemoryLimit;
 use crate::progress::Progress;
+use crate::transfer::TextureFormat;
 use crate::warning::Warnings;
+
+/// Makes sure that this build has the encoders that a bake needs.
+///
+/// # Errors
+/// [`Error::Options`](crate::Error::Options) that names the feature which is lacking.
+pub(super) fn check_encoders(options: &BakeOptions) -> Result<()> {
+    if options.texture_files.ktx2 {
+        encode::check_built()?;
+    }
+    if options.texture_files.smallest_png {
+        smallest_png::check_built()?;
+    }
+    match options.textures {
+        Textures::Transfer(own) if own.format == TextureFormat::LossyWebP => {
+            lossy_webp::check_built()
+        }
+        _ => Ok(()),
+    }
+}
 
 /// The images of a bake, each in the file it came in or was made in.
 pub(super) struct Images<'a> {
@@ -34,8 +55,15 @@ pub(super) struct Images<'a> {
     pub(super) of_levels: &'a mut [LevelTextures],
 }
 
+/// Where an image is used: in the source's document by its index, or only in levels with one meaning.
+#[derive(Clone, Copy)]
+enum Use {
+    Source(usize),
+    Level(Role),
+}
+
 impl Images<'_> {
-    /// Makes them KTX2, if the options ask for it.
+    /// Makes them the files that the options ask for.
     ///
     /// # Errors
     /// [`Error::Invalid`](crate::Error::Invalid) if one is damaged or takes more memory than the limit.
@@ -44,36 +72,26 @@ impl Images<'_> {
         options: &BakeOptions,
         progress: &Progress,
     ) -> Result<Warnings> {
-        let mut warnings = Warnings::default();
-        if !options.texture_files.ktx2 {
-            return Ok(warnings);
-        }
-        let limit = options.reading.memory_limit;
-        let roles = self.roles(limit, &mut warnings)?;
+        let (limit, files) = (options.reading.memory_limit, options.texture_files);
         // Where each level is a file, the source's images are written only as far as levels share them.
         let has_source = options.output.layout != Layout::None || options.output.progressive;
-        let (mut jobs, mut places) = (Vec::new(), FxHashMap::default());
-        self.visit(&roles, has_source, |image, role, at| {
-            places.entry(key(image, role)).or_insert_with(|| {
-                jobs.push(Job { image: image.clone(), role, at: at.to_owned() });
-                jobs.len() - 1
-            });
-        });
-        let done = progress.stage("ktx2", jobs.len(), |count| {
-            let run = |job: &Job| {
-                progress.check("ktx2")?;
-                let done = job.run(limit)?;
-                count.fetch_add(1, Ordering::Relaxed);
-                Ok(done)
+        let mut warnings = Warnings::default();
+        if files.ktx2 {
+            let roles = self.roles(limit, &mut warnings)?;
+            let role = |image: &EncodedImage, own: Use| match own {
+                _ if image.format == ImageFormat::Ktx2 => None,
+                Use::Source(index) => roles[index],
+                Use::Level(role) => Some(role),
             };
-            jobs.par_iter().map(run).collect::<Result<Vec<Done>>>()
-        })?;
-        self.visit(&roles, true, |image, role, _| {
-            if let Some(&place) = places.get(&key(image, role)) {
-                *image = done[place].image.clone();
-            }
-        });
-        done.into_iter().for_each(|own| warnings.extend(own.warnings));
+            let told = self.change(has_source, progress, role, |job| job.to_ktx2(limit))?;
+            warnings.extend(told);
+        }
+        if files.smallest_png {
+            let is_png = |image: &EncodedImage, _| {
+                (image.format == ImageFormat::Png).then_some(Role::default())
+            };
+            self.change(has_source, progress, is_png, Job::to_smallest_png)?;
+        }
         Ok(warnings)
     }
 
@@ -105,46 +123,76 @@ impl Images<'_> {
         Ok(roles)
     }
 
-    /// Visits all images that may become KTX2, each with its meaning and its place; those of the source's own document
-    /// only if it is written.
-    fn visit(
+    /// Changes all images that are `wanted`, each with its meaning; those of the source's own document only if it is
+    /// written, or as far as levels share them. Warns of what was lost.
+    fn change(
         &mut self,
-        roles: &[Option<Role>],
         has_source: bool,
-        mut each: impl FnMut(&mut EncodedImage, Role, &str),
-    ) {
-        let mut visit = |image: &mut EncodedImage, role: Role, at: &str| {
-            if !image.is_missing() && image.format != ImageFormat::Ktx2 {
-                each(image, role, at);
+        progress: &Progress,
+        wanted: impl Fn(&EncodedImage, Use) -> Option<Role>,
+        run: impl Fn(&Job) -> Result<Done> + Sync,
+    ) -> Result<Warnings> {
+        let (mut jobs, mut places) = (Vec::new(), FxHashMap::default());
+        self.visit(has_source, |image, own, at| {
+            let Some(role) = wanted(image, own) else { return };
+            places.entry(key(image, role)).or_insert_with(|| {
+                jobs.push(Job { image: image.clone(), role, at });
+                jobs.len() - 1
+            });
+        });
+        let done = progress.stage("texture files", jobs.len(), |count| {
+            let run = |job: &Job| {
+                progress.check("texture files")?;
+                let done = run(job)?;
+                count.fetch_add(1, Ordering::Relaxed);
+                Ok(done)
+            };
+            jobs.par_iter().map(run).collect::<Result<Vec<Done>>>()
+        })?;
+        // The jobs hold the images until all have been looked up: no two have one place in memory.
+        self.visit(true, |image, own, _| {
+            let place = wanted(image, own).and_then(|role| places.get(&key(image, role)));
+            if let Some(&place) = place {
+                *image = done[place].image.clone();
+            }
+        });
+        let mut warnings = Warnings::default();
+        done.into_iter().for_each(|own| warnings.extend(own.warnings));
+        Ok(warnings)
+    }
+
+    /// Visits all images whose files are there, each with its place.
+    fn visit(&mut self, has_source: bool, mut each: impl FnMut(&mut EncodedImage, Use, String)) {
+        let mut visit = |image: &mut EncodedImage, own: Use, at: String| {
+            if !image.is_missing() {
+                each(image, own, at);
             }
         };
-        let own = |index: usize| roles[index].map(|role| (role, format!("/images/{index}")));
+        let at = |index: usize| format!("/images/{index}");
         for (index, image) in self.of_source.iter_mut().enumerate().filter(|_| has_source) {
-            if let Some((role, at)) = own(index) {
-                visit(image, role, &at);
-            }
+            visit(image, Use::Source(index), at(index));
         }
         for level in &mut *self.of_levels {
-            for (index, image) in level.images.iter_mut().enumerate() {
-                if let Some((role, at)) = own(index).filter(|_| !level.left.contains(&index)) {
-                    visit(image, role, &at);
-                }
+            let shown = level.images.iter_mut().enumerate();
+            for (index, image) in shown.filter(|(index, _)| !level.left.contains(index)) {
+                visit(image, Use::Source(index), at(index));
             }
             for normals in &mut level.normals {
-                visit(&mut normals.image, Role::Normal, "a gained normal map");
+                visit(&mut normals.image, Use::Level(Role::Normal), "a gained normal map".into());
             }
             for (places, image) in level.merged.iter_mut().flat_map(|own| &mut own.images) {
-                visit(image, role_of(places.first().copied().unwrap_or("")), "a merged material");
+                let role = places.first().map_or(Role::default(), |place| role_of(place));
+                visit(image, Use::Level(role), "a merged material".into());
             }
         }
     }
 }
 
 /// What tells images apart: the file in memory, and its meaning.
-type Key = (usize, u8);
+type Key = (usize, Role);
 
 fn key(image: &EncodedImage, role: Role) -> Key {
-    (Arc::as_ptr(&image.bytes) as usize, role as u8)
+    (Arc::as_ptr(&image.bytes) as usize, role)
 }
 
 /// An image to encode.
@@ -161,7 +209,7 @@ struct Done {
 }
 
 impl Job {
-    fn run(&self, limit: MemoryLimit) -> Result<Done> {
+    fn to_ktx2(&self, limit: MemoryLimit) -> Result<Done> {
         let mut warnings = Warnings::default();
         let texels = decode(&self.image, &self.at, limit)?;
         if texels.color().bytes_per_pixel() > texels.color().channel_count() {
@@ -183,5 +231,11 @@ impl Job {
         }
         let bytes = encode::encode(&texels, self.role)?.into();
         Ok(Done { image: EncodedImage { bytes, format: ImageFormat::Ktx2 }, warnings })
+    }
+
+    fn to_smallest_png(&self) -> Result<Done> {
+        let bytes = smallest_png::pack(&self.image.bytes)?.into();
+        let image = EncodedImage { bytes, format: ImageFormat::Png };
+        Ok(Done { image, warnings: Warnings::default() })
     }
 }

@@ -2,7 +2,7 @@
 
 use seamwise_attr::Polish;
 
-use super::options::{BakeOptions, BudgetPer, Targets, Textures};
+use super::options::{BakeOptions, BudgetPer, Targets, TextureFiles, Textures};
 
 /// What levels, textures and sizes were asked for.
 pub(super) fn option_words(options: &BakeOptions) -> Vec<String> {
@@ -33,8 +33,10 @@ pub(super) fn option_words(options: &BakeOptions) -> Vec<String> {
         }
         Textures::Transfer(_) => "textures of each level's own, sampled from the source",
     };
-    let files = if options.texture_files.ktx2 { ", in KTX2" } else { "" };
-    let textures = textures.to_owned() + files;
+    let TextureFiles { ktx2, smallest_png } = options.texture_files;
+    let textures = textures.to_owned()
+        + if ktx2 { ", in KTX2" } else { "" }
+        + if smallest_png { ", PNGs as small as they can be" } else { "" };
     let screen = &options.screen;
     let screen = format!(
         "sizes for a screen of {} × {} pixels, {}° high, and {} of tolerance",

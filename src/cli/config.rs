@@ -50,7 +50,7 @@ impl Preset {
     fn text(self) -> &'static str {
         match self {
             Self::Web => {
-                "textures = 'transfer'\ntexture-format = 'jpeg'\njpeg-quality = 85\ncompress = true"
+                "textures = 'transfer'\ntexture-format = 'jpeg'\ntexture-quality = 85\ncompress = true"
             }
             Self::Engine => "textures = 'transfer'\nmerge-materials = true",
             Self::Archive => "textures = 'keep'\nformat = 'gltf'\nreport = true",
@@ -68,7 +68,7 @@ const TYPED: [&str; 8] =
 const TRUSTED: [&str; 6] =
     ["allow-outside", "allow-unknown", "importance-map", "json", "memory-limit", "threads"];
 /// Options that mean nothing without `--textures transfer`: a preset's go where that is not meant.
-const OF_TRANSFER: [&str; 3] = ["jpeg-quality", "merge-materials", "texture-format"];
+const OF_TRANSFER: [&str; 3] = ["merge-materials", "texture-format", "texture-quality"];
 
 /// Options, and where they are from.
 struct Layer {

@@ -8,6 +8,7 @@ use seamwise_texture::Role;
 use crate::error::Result;
 use crate::image_file::codec::{EncodeOptions, encode_anew, encode_with};
 use crate::image_file::encoded::{EncodedImage, ImageFormat};
+use crate::image_file::lossy_webp;
 use crate::image_file::metadata::Metadata;
 use crate::image_file::palette::{has_palette, reduce};
 
@@ -26,6 +27,9 @@ pub enum TextureFormat {
     /// Lossless and smaller than PNG, in `EXT_texture_webp`, which readers must know; PNG for more
     /// than eight bits.
     WebP,
+    /// Colors with losses, transparent ones too, and all else losslessly, in `EXT_texture_webp`; PNG for more than
+    /// eight bits.
+    LossyWebP,
 }
 
 /// Stores an image that replaces `before`, if it replaces one.
@@ -48,7 +52,13 @@ pub(super) fn store(
         (TextureFormat::Jpeg, _) if role == Role::Color && is_small && is_opaque(image) => {
             plain(&image.to_rgb8().into(), ImageFormat::Jpeg)
         }
-        (TextureFormat::WebP, _) if is_small => plain(image, ImageFormat::WebP),
+        (TextureFormat::LossyWebP, _) if role == Role::Color && is_small => {
+            let bytes = lossy_webp::encode(image, quality)?.into();
+            Ok(EncodedImage { bytes, format: ImageFormat::WebP })
+        }
+        (TextureFormat::WebP | TextureFormat::LossyWebP, _) if is_small => {
+            plain(image, ImageFormat::WebP)
+        }
         (_, Some(before)) => encode_anew(image, before, EncodeOptions { quality, png: true }),
         (_, None) => plain(image, ImageFormat::Png),
     }
@@ -61,6 +71,8 @@ fn is_opaque(image: &DynamicImage) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::image_file::codec::decode;
+    use crate::limit::MemoryLimit;
 
     fn picture(alpha: u8) -> DynamicImage {
         image::RgbaImage::from_pixel(4, 4, image::Rgba([9, 90, 200, alpha])).into()
@@ -93,6 +105,34 @@ mod tests {
         assert!(!stored(&many, Role::Data, TextureFormat::Keep));
         assert!(!stored(&many, Role::Color, TextureFormat::Png), "lossless");
         assert!(stored(&few, Role::Data, TextureFormat::Png));
+    }
+
+    #[cfg(feature = "webp")]
+    #[test]
+    fn colors_alone_lose_in_a_webp_and_keep_their_alpha_and_what_it_hides() {
+        let print = image::RgbaImage::from_fn(64, 64, |x, y| {
+            let bright = 100 + ((x * 7 + y * 3) % 50) as u8;
+            image::Rgba([bright, 255 - bright, 90, if x < 32 { 255 } else { (y * 4) as u8 }])
+        });
+        let print = DynamicImage::from(print);
+        let stored = |role, quality| {
+            let stored = store(&print, role, None, (TextureFormat::LossyWebP, quality)).unwrap();
+            assert_eq!(ImageFormat::detect(&stored.bytes), Some(ImageFormat::WebP));
+            let texels = decode(&stored, "", MemoryLimit::default()).unwrap().to_rgba8();
+            (stored.bytes.len(), texels)
+        };
+        let own = print.to_rgba8();
+        let (lossless, data) = stored(Role::Data, 90);
+        assert_eq!(data, own);
+        let [(good, texels), (poor, _)] = [90, 30].map(|quality| stored(Role::Color, quality));
+        assert!(poor < good && good < lossless, "{poor} {good} {lossless}");
+        for (a, b) in texels.pixels().zip(own.pixels()) {
+            assert_eq!(a.0[3], b.0[3]);
+            assert!((0..3).all(|k| a.0[k].abs_diff(b.0[k]) < 40), "{a:?} {b:?}");
+        }
+        let deep = DynamicImage::new_rgb16(2, 2);
+        let stored = store(&deep, Role::Color, None, (TextureFormat::LossyWebP, 90)).unwrap();
+        assert_eq!(stored.format, ImageFormat::Png);
     }
 
     #[test]

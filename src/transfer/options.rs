@@ -45,7 +45,7 @@ pub struct TransferOptions {
     pub bake_normals: BakeNormals,
     /// The format in which they are stored.
     pub format: TextureFormat,
-    /// Quality of JPEGs, 1…100.
+    /// Quality of JPEGs and of WebPs with losses, 1…100.
     pub quality: u8,
     /// Whether the alpha of images that a `MASK` cuts out is scaled, so that as large a share of a
     /// level's texels passes the cutoff as of the source's; not in merged materials.

@@ -16,7 +16,7 @@ use crate::common::{Baked, assets, shared_assets, transferred, unmeasured};
 
 /// The same options with textures in KTX2.
 fn in_ktx2(options: BakeOptions) -> BakeOptions {
-    BakeOptions { texture_files: TextureFiles { ktx2: true }, ..options }
+    BakeOptions { texture_files: TextureFiles { ktx2: true, ..TextureFiles::default() }, ..options }
 }
 
 /// Options of one level of an asset whose textures are shared.
@@ -185,5 +185,22 @@ fn colors_of_a_scan_come_back_within_what_nobody_sees() {
         let psnr = psnr(&plain.picture(image), &own);
         println!("popcorn, image {image}: {psnr:.1} dB");
         assert!(psnr > 38.0, "{psnr}");
+    }
+}
+
+#[test]
+fn the_smallest_pngs_hold_the_same_texels_in_fewer_bytes() {
+    let glb = torus(&Pictures::noise(64)).glb();
+    let of = |smallest_png| {
+        let texture_files = TextureFiles { smallest_png, ..TextureFiles::default() };
+        Baked::bytes("small", &glb, &BakeOptions { texture_files, ..shared() })
+    };
+    let [fast, small] = [of(false), of(true)];
+    let bytes = |baked: &Baked| baked.report.levels[0].texture_bytes;
+    assert!(bytes(&small) < bytes(&fast), "{} {}", bytes(&small), bytes(&fast));
+    let [fast, small] = [fast.level(1), small.level(1)];
+    for image in 0..fast.gltf.images().len() {
+        let texels = [&fast, &small].map(|output| output.picture(image).to_rgba16());
+        assert!(texels[0] == texels[1], "image {image}");
     }
 }

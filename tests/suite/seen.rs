@@ -142,7 +142,7 @@ fn levels_are_as_coarse_as_what_is_seen_of_them_allows() {
 fn goals_that_make_no_sense_are_refused_with_advice() {
     let stage = Stage::new();
     for (arguments, advice) in [
-        ("--quality 95", "--jpeg-quality"),
+        ("--quality 95", "--texture-quality"),
         ("--quality 0.9,0.99", "from fine to coarse"),
         ("--quality 0.9 --vertices 100", "one goal"),
         ("--vertices 100 --levels 2", "cannot be used with"),

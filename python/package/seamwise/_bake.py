@@ -37,6 +37,9 @@ def bake(
     ratios: Sequence[float] | None = None,
     triangles: Sequence[int] | None = None,
     textures: Literal["auto", "repair", "transfer", "keep"] | None = None,
+    texture_format: Literal["keep", "png", "jpeg", "webp", "webp-lossy", "ktx2"] | None = None,
+    texture_quality: int | None = None,
+    png: Literal["fast", "smallest"] | None = None,
     budget_per: Literal["scene", "mesh"] | None = None,
     layout: Literal["none", "msft_lod", "names"] | None = None,
     format: Literal["glb", "gltf"] | None = None,
@@ -68,6 +71,7 @@ def bake(
     is written. ``name`` is the stem of the files' names, that of the source by default.
 
     textures: "auto" unless levels lead to the next (``geomorph``), which share the source's: "repair".
+    texture_format: the files of textures; all but "ktx2", which all textures become, need textures="auto" or "transfer".
     resume: leave a bake alone whose outputs are in ``folder`` already, those of this source, these options
     and this version: the result is its report then, and ``skipped`` is true.
     memory_limit: bytes, or a size like "8GB", that decoding one image or all geometry may take.
@@ -82,6 +86,9 @@ def bake(
         "ratios": None if ratios is None else [float(ratio) for ratio in ratios],
         "triangles": None if triangles is None else [int(count) for count in triangles],
         "textures": textures,
+        "texture_format": texture_format,
+        "texture_quality": texture_quality,
+        "png": png,
         "budget_per": budget_per,
         "layout": layout,
         "format": format,
