@@ -237,14 +237,6 @@ impl Textures {
     pub fn are_shared_by_default(goals: Option<&Goals>, geomorph: Geomorph) -> bool {
         goals.is_some() || geomorph != Geomorph::None
     }
-
-    /// The default for such levels.
-    pub fn default_for(goals: Option<&Goals>, geomorph: Geomorph) -> Self {
-        match Self::are_shared_by_default(goals, geomorph) {
-            true => Self::Repair,
-            false => Self::default(),
-        }
-    }
 }
 
 /// The files of textures, once all are made.

@@ -128,7 +128,7 @@ mod tests {
             let levels = mip_maps(check.clone().into(), role).unwrap();
             let sizes: Vec<_> = levels.iter().map(|own| [own.width(), own.height()]).collect();
             assert_eq!(sizes, [[16, 8], [8, 4], [4, 2], [2, 1], [1, 1]]);
-            let last = |at: usize| levels[at].to_rgba8().pixels().last().copied().unwrap().0;
+            let last = |at: usize| levels[at].to_rgba8().pixels().next_back().copied().unwrap().0;
             assert!((1..5).all(|at| last(at) == last(1)), "{levels:?}");
             last(1)
         };
