@@ -137,3 +137,13 @@ def test_errors_survive_a_process_boundary():
             error.path,
             error.place,
         )
+
+
+def test_textures_are_written_for_graphics_processors_and_say_what_they_take_there(sample):
+    options = {"ratios": [0.1], "evaluate": False, "polish": False}
+    plain = seamwise.bake(sample, **options).report["levels"][0]
+    packed = seamwise.bake(sample, texture_format="ktx2", **options).report["levels"][0]
+    assert {own["format"] for own in packed["textures"]} == {"image/ktx2"}
+    assert plain["texture_gpu_bytes"] > 3.9 * packed["texture_gpu_bytes"]
+    with pytest.raises(seamwise.OptionsError, match="transfer"):
+        seamwise.bake(sample, texture_format="jpeg", **options)

@@ -30,6 +30,7 @@ Examples:
   seamwise bake helmet.gltf -o out
   seamwise bake helmet.gltf -o out --ratios 0.5,0.1 --preset web
   seamwise bake helmet.gltf -o low.glb --ratios 0.1
+  seamwise bake helmet.gltf -o out --texture-format ktx2
   seamwise bake assets -o out --resume --shard 2/8
   seamwise bake --manifest list.txt -o out --resume
 

@@ -41,7 +41,7 @@ pub(super) struct TextureArgs {
     texture_quality: Option<u8>,
     /// How PNGs are packed; fast if not given.
     ///
-    /// The smallest take many times as long for about a tenth of the bytes, and are the same to the bit when read.
+    /// The smallest take a few times as long and are a few percent smaller.
     #[arg(long, value_enum, value_name = "HOW")]
     png: Option<PngMode>,
     /// Whether lit materials without a normal map gain one, with the shape that the
