@@ -111,8 +111,10 @@ mod tests {
     #[test]
     fn colors_alone_lose_in_a_webp_and_keep_their_alpha_and_what_it_hides() {
         let print = image::RgbaImage::from_fn(64, 64, |x, y| {
-            let bright = 100 + ((x * 7 + y * 3) % 50) as u8;
-            image::Rgba([bright, 255 - bright, 90, if x < 32 { 255 } else { (y * 4) as u8 }])
+            let mixed = (x * 64 + y + 1).wrapping_mul(0x9e37_79b9);
+            let noise = ((mixed ^ (mixed >> 15)).wrapping_mul(0x85eb_ca6b) >> 28) as u8;
+            let [red, green] = [60 + 2 * x as u8 + noise, 200 - 2 * y as u8 + noise];
+            image::Rgba([red, green, 90, if x < 32 { 255 } else { (y * 4) as u8 }])
         });
         let print = DynamicImage::from(print);
         let stored = |role, quality| {
