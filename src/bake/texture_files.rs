@@ -113,7 +113,8 @@ impl Images<'_> {
                 warnings.add(&at, what);
                 continue;
             }
-            if atlas.charts.are_colors(dimensions(image, &at, limit)?) {
+            let has_charts = !atlas.charts.triangles.is_empty();
+            if has_charts && atlas.charts.are_colors(dimensions(image, &at, limit)?) {
                 let what = "its charts are single colors, which the blocks of a KTX2 would mix: it stays as it is";
                 warnings.add(&at, what);
                 continue;

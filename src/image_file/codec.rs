@@ -9,7 +9,7 @@ use image::error::{DecodingError, EncodingError, UnsupportedError, UnsupportedEr
 use image::{ColorType, DynamicImage, ImageDecoder, ImageEncoder, ImageError, ImageReader};
 
 use super::encoded::{EncodedImage, ImageFormat};
-use super::ktx2::{self, container};
+use super::ktx2::{container, decode as ktx2};
 use super::metadata::{Metadata, is_animated, jpeg_ends};
 use super::palette::{has_palette, write_indexed};
 use crate::error::{Error, Result};

@@ -190,7 +190,7 @@ fn colors_of_a_scan_come_back_within_what_nobody_sees() {
 
 #[test]
 fn the_smallest_pngs_hold_the_same_texels_in_fewer_bytes() {
-    let glb = torus(&Pictures::noise(64)).glb();
+    let glb = assets::textured(&shapes::torus(40, 20), &assets::picture(96)).glb();
     let of = |smallest_png| {
         let texture_files = TextureFiles { smallest_png, ..TextureFiles::default() };
         Baked::bytes("small", &glb, &BakeOptions { texture_files, ..shared() })

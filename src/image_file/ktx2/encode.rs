@@ -165,7 +165,8 @@ mod tests {
         ] {
             let file = encode(&picture, role).unwrap();
             assert_eq!(super::super::container::level_count(&file), Some(6));
-            let own = super::super::decode(&file, crate::limit::MemoryLimit::default()).unwrap();
+            let own =
+                super::super::decode::decode(&file, crate::limit::MemoryLimit::default()).unwrap();
             assert_eq!((own.width(), own.height()), (32, 24));
             assert_eq!(own.color().has_alpha(), picture.color().has_alpha());
             let resized = picture.resize_exact(32, 24, FilterType::Triangle).to_rgba8();

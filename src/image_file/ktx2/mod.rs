@@ -2,7 +2,5 @@
 //! `decode` reads the first level of one, `encode` writes one in UASTC with all of its mip maps.
 
 pub(crate) mod container;
-mod decode;
+pub(crate) mod decode;
 pub(crate) mod encode;
-
-pub(crate) use decode::decode;
