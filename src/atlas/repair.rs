@@ -9,8 +9,8 @@ use seamwise_texture::{
 
 use super::alpha::Alpha;
 use super::charts::Reads;
+use super::image::{Atlas, atlas_of_each};
 use super::seams::seams_of_images;
-use super::{Atlas, atlas_of_each};
 use crate::document::asset::Asset;
 use crate::error::{Error, Result};
 use crate::image_file::codec::{EncodeOptions, decode, encode_anew};
