@@ -27,7 +27,8 @@ use crate::level::geomorph::SourceMorph;
 use crate::level::part::LevelPart;
 use crate::level::{AssetLevel, LevelMesh};
 use crate::screen::Screen;
-use crate::surface::geometry::{Geometry, Part};
+use crate::surface::geometry::Geometry;
+use crate::surface::part::Part;
 
 /// The asset with the surfaces of its meshes replaced by one level of each, in the textures of that
 /// level.

@@ -3,7 +3,7 @@
 use gltf::json::accessor::ComponentType;
 
 use crate::document::accessor::Elements;
-use crate::surface::geometry::Part;
+use crate::surface::part::Part;
 
 /// Colors in the type of a part's own, from their values for so many components.
 pub(super) fn color_elements<I: Iterator<Item = f32>>(

@@ -13,7 +13,8 @@ use crate::document::accessor::Named;
 use crate::document::asset::Asset;
 use crate::document::primitive::Primitive;
 use crate::error::Result;
-use crate::surface::geometry::{Geometry, Part};
+use crate::surface::geometry::Geometry;
+use crate::surface::part::Part;
 
 /// The start of the names of all attributes of geomorphs.
 pub(crate) const PREFIX: &str = "_GEOMORPH_";

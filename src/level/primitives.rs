@@ -17,7 +17,8 @@ use super::textures::PartTextures;
 use super::vertex_cache::order_for_cache;
 use crate::document::accessor::{Elements, Named};
 use crate::error::Result;
-use crate::surface::geometry::{Geometry, Part, is_motion};
+use crate::surface::geometry::Geometry;
+use crate::surface::part::{Part, is_motion};
 use crate::surface::tangents::Corners;
 
 /// Turns a level back into primitives, one for each part of the source. A part of which no

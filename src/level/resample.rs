@@ -18,7 +18,8 @@ use seamwise_attr::{Influences, Level, Origin, WedgeId, find_origins, fit_influe
 
 use super::skin::Sets;
 use crate::document::accessor::{Elements, Named};
-use crate::surface::geometry::{Geometry, Part, is_motion};
+use crate::surface::geometry::Geometry;
+use crate::surface::part::{Part, is_motion};
 
 /// A sampler of the source for the vertices of a level.
 pub(crate) struct SourceSampler<'a> {

@@ -19,7 +19,8 @@ use crate::error::{Error, Result};
 use crate::export::glb::{container, join_buffers};
 use crate::image_file::encoded::EncodedImage;
 use crate::level::part::LevelPart;
-use crate::surface::geometry::{Geometry, Part};
+use crate::surface::geometry::Geometry;
+use crate::surface::part::Part;
 
 /// Steps of values between levels, as a share of what they differ by along an edge of the source, but no
 /// finer than a share of the surface's diagonal, or of a texture; and of normals and colors.

@@ -10,7 +10,8 @@ use rustc_hash::FxHashMap;
 use seamwise_attr::{Level, Mesh, WedgeId};
 use seamwise_texture::color_charts;
 
-use super::geometry::{Geometry, Part};
+use super::geometry::Geometry;
+use super::part::Part;
 use crate::document::asset::Asset;
 use crate::document::material::{TextureSlot, material_slots, textures_of};
 use crate::error::Result;

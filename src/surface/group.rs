@@ -17,7 +17,8 @@ use seamwise_attr::{
 
 use super::edges::{Point, point};
 use super::frame::Similarity;
-use super::geometry::{Geometry, Member, Part, check_size, is_motion};
+use super::geometry::{Geometry, check_size};
+use super::part::{Member, Part, is_motion};
 use crate::document::asset::Asset;
 use crate::document::nodes::world_nodes;
 use crate::error::Result;

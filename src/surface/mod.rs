@@ -6,6 +6,7 @@ pub(crate) mod frame;
 pub mod geometry;
 pub mod group;
 mod handedness;
+pub mod part;
 mod precision;
 mod reader;
 pub(crate) mod tangents;

@@ -5,8 +5,8 @@ use rustc_hash::FxHashMap;
 use seamwise_attr::{Layout, Vertices};
 
 use super::frame::Similarity;
-use super::geometry::{Local, Member, Part};
 use super::handedness::is_flipped;
+use super::part::{Local, Member, Part};
 use super::precision::{Grid, Grids, Moved};
 use crate::document::accessor::{self, Elements};
 use crate::document::asset::Asset;

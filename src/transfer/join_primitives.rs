@@ -9,7 +9,8 @@ use serde_json::Value;
 use super::layout::UvLayout;
 use crate::document::accessor::Elements;
 use crate::document::asset::Asset;
-use crate::surface::geometry::{Geometry, Part};
+use crate::surface::geometry::Geometry;
+use crate::surface::part::Part;
 
 /// The parts of surfaces that become one primitive.
 #[derive(Clone, Debug, Default)]

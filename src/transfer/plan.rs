@@ -16,7 +16,8 @@ use crate::document::asset::Asset;
 use crate::document::material::{TextureSlot, material_slots, materials_of};
 use crate::error::Result;
 use crate::limit::MemoryLimit;
-use crate::surface::geometry::{Geometry, Part};
+use crate::surface::geometry::Geometry;
+use crate::surface::part::Part;
 
 /// The plan of a transfer.
 #[derive(Clone, Debug, Default)]

@@ -4,7 +4,8 @@ use rustc_hash::FxHashMap;
 use seamwise_attr::{DisjointSets, Mesh, PointId, border_edges};
 
 use crate::document::asset::Asset;
-use crate::surface::geometry::{Geometry, Part};
+use crate::surface::geometry::Geometry;
+use crate::surface::part::Part;
 
 /// Triangles of a card at most.
 const MAX_TRIANGLES: usize = 16;

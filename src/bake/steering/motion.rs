@@ -9,7 +9,8 @@ use crate::document::accessor::Elements;
 use crate::document::asset::Asset;
 use crate::document::poses::joint_poses;
 use crate::error::Result;
-use crate::surface::geometry::{Geometry, Part};
+use crate::surface::geometry::Geometry;
+use crate::surface::part::Part;
 
 /// The weight of errors in the poses of animations, all of them together, beside one of errors at rest; and of
 /// those in poses that are guessed, and in each morph target, which is seldom there in full.

@@ -5,7 +5,8 @@ use seamwise_attr::{Mesh, PointId};
 use crate::document::accessor::Elements;
 use crate::document::asset::Asset;
 use crate::error::{Error, Result};
-use crate::surface::geometry::{Geometry, Part};
+use crate::surface::geometry::Geometry;
+use crate::surface::part::Part;
 
 /// The materials of a name.
 pub(super) fn material(asset: &Asset, name: &str) -> Result<Vec<usize>> {

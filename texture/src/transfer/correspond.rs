@@ -42,6 +42,22 @@ pub(super) struct LevelPoint {
     pub(super) texel: f32,
 }
 
+impl LevelPoint {
+    /// Points of a triangle of a level: its middle, and one toward each corner.
+    pub(super) fn of_triangle(side: &ShadingMesh<'_>, triangle: usize) -> [Self; 4] {
+        let own = side.triangle(triangle);
+        let places = [[2.0, 2.0, 2.0], [4.0, 1.0, 1.0], [1.0, 4.0, 1.0], [1.0, 1.0, 4.0]];
+        places.map(|sixths| Vec3::from(sixths) / 6.0).map(|barycentrics| Self {
+            position: own.position(barycentrics),
+            smooth: own.smooth_normal(barycentrics).normalize_or_zero(),
+            plane: own.plane,
+            group: side.mesh.groups[triangle],
+            chart: side.charts[triangle],
+            texel: 0.0,
+        })
+    }
+}
+
 /// A source, ready to be searched.
 #[derive(Clone, Debug)]
 pub struct Source<'a> {

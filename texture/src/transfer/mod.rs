@@ -47,6 +47,7 @@ use crate::wrap::Wrap;
 use owners::Owners;
 use row::{LevelFace, Maker, Row, write};
 
+use correspond::LevelPoint;
 pub use correspond::Source;
 pub use errors::{ImageErrors, errors};
 pub use picture::Picture;
@@ -275,7 +276,8 @@ impl Job<'_> {
         }
         // A level without the source's UVs shows what lies there.
         let [mut there, mut shown] = [0.0; 2];
-        for place in level.probes(triangle).iter().filter_map(|point| source.find(point, None)) {
+        let points = LevelPoint::of_triangle(level, triangle);
+        for place in points.iter().filter_map(|point| source.find(point, None)) {
             there += area(read(source.side.mesh, place.triangle), picture.size());
             shown += surface_area(source.side.mesh, place.triangle);
         }

@@ -3,8 +3,6 @@
 use glam::{Mat3, Vec2, Vec3, Vec4};
 use seamwise_attr::Mesh;
 
-use super::correspond::LevelPoint;
-
 /// A place on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SurfacePoint {
@@ -46,26 +44,6 @@ impl ShadingMesh<'_> {
     pub(super) fn uv(&self, at: SurfacePoint, set: usize) -> Vec2 {
         let [a, b, c] = self.mesh.triangles[at.triangle].map(|wedge| self.mesh.uv(wedge, set));
         a * at.barycentrics.x + b * at.barycentrics.y + c * at.barycentrics.z
-    }
-
-    /// Points of a triangle that look for their places: its middle, and one toward each corner.
-    pub(super) fn probes(&self, triangle: usize) -> [LevelPoint; 4] {
-        let own = self.triangle(triangle);
-        let toward = |x: f32, y: f32, z: f32| Vec3::new(x, y, z) / 6.0;
-        let places = [
-            toward(2.0, 2.0, 2.0),
-            toward(4.0, 1.0, 1.0),
-            toward(1.0, 4.0, 1.0),
-            toward(1.0, 1.0, 4.0),
-        ];
-        places.map(|barycentrics| LevelPoint {
-            position: own.position(barycentrics),
-            smooth: own.smooth_normal(barycentrics).normalize_or_zero(),
-            plane: own.plane,
-            group: self.mesh.groups[triangle],
-            chart: self.charts[triangle],
-            texel: 0.0,
-        })
     }
 
     /// The normal of the triangle's plane, zero if it has no area.
