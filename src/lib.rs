@@ -15,12 +15,11 @@
 //! - [`batch`] runs many inputs along a bake.
 //! - [`bake`](mod@bake) is the straight line through all that stand below it, with its options.
 //! - [`repair`] fills the atlases of a file and leaves the rest as it is.
-//! - [`inspect`](mod@inspect) tells what is in a file.
-//! - [`quadrics`] shows the quadrics of a surface's points as ellipsoids.
+//! - [`inspect`](mod@inspect) tells what is in a file, and shows the quadrics of a surface's points as
+//!   ellipsoids ([`inspect::quadrics`]).
 //! - [`report`] tells what was done as JSON, as a table and as a page.
-//! - [`progressive`] writes all levels between the coarsest and the source as one file, and reads any of
-//!   them.
-//! - [`export`] makes documents of levels and files of documents, and puts these where they belong.
+//! - [`export`] makes documents of levels and files of documents, and puts these where they belong; and all
+//!   levels between the coarsest and the source one file, of which it reads any ([`export::progressive`]).
 //! - [`transfer`] makes textures for each level, sampled from the source.
 //! - [`level`] turns a simplified surface back into primitives, as small integers if it is asked to.
 //! - [`evaluate`] measures how far a level is from its source.
@@ -70,8 +69,6 @@ pub mod inspect;
 pub mod level;
 pub mod limit;
 pub mod progress;
-pub mod progressive;
-pub mod quadrics;
 pub mod repair;
 pub mod report;
 pub mod screen;

@@ -15,7 +15,7 @@ use libfuzzer_sys::{fuzz_mutator, fuzz_target, fuzzer_mutate};
 use mutation::Random;
 use seamwise::import::options::ReadOptions;
 use seamwise::limit::MemoryLimit;
-use seamwise::progressive::extract::{Fineness, extract};
+use seamwise::export::progressive::extract::{Fineness, extract};
 
 fuzz_target!(|bytes: &[u8]| {
     let memory_limit = MemoryLimit::of_bytes(64 << 20);

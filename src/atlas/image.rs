@@ -31,6 +31,9 @@ pub struct Atlas {
 ///
 /// # Errors
 /// [`Error::Invalid`] or [`Error::Unsupported`] with the place in the document.
+///
+/// [`Error::Invalid`]: crate::error::Error::Invalid
+/// [`Error::Unsupported`]: crate::error::Error::Unsupported
 pub fn atlases(asset: &Asset) -> Result<Vec<Atlas>> {
     Ok(atlas_of_each(asset)?.into_iter().flatten().collect())
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{ArgGroup, Args};
-use seamwise::progressive::extract::Fineness;
+use seamwise::export::progressive::extract::Fineness;
 
 /// `seamwise extract`.
 #[derive(Debug, Args)]

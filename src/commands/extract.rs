@@ -7,8 +7,8 @@ use anyhow::Result;
 use seamwise::error::Error;
 use seamwise::export::disk::{refuse_overwriting, write_files};
 use seamwise::export::glb::to_glb;
+use seamwise::export::progressive::extract::{Extracted, extract as extract_level, triangles};
 use seamwise::import::options::ReadOptions;
-use seamwise::progressive::extract::{Extracted, extract as extract_level, triangles};
 
 use super::console::{check_files, read_stdin, say, write_stdout};
 use crate::cli::{Common, ExtractArgs, is_dash};

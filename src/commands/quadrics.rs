@@ -7,8 +7,8 @@ use seamwise::evaluate::isosurfaces::draw_isosurfaces;
 use seamwise::export::disk::{refuse_overwriting, write_files};
 use seamwise::image_file::codec::encode;
 use seamwise::image_file::encoded::ImageFormat;
-use seamwise::quadrics::glb::to_glb;
-use seamwise::quadrics::{COLORS, Quadrics};
+use seamwise::inspect::quadrics::glb::to_glb;
+use seamwise::inspect::quadrics::{COLORS, Quadrics};
 
 use super::console::{check_files, read_warned, say};
 use crate::cli::{Common, QuadricsArgs};

@@ -10,8 +10,8 @@ use serde::{Deserialize, Serialize};
 use seamwise::error::Error;
 use seamwise::export::disk::{refuse_overwriting, write_files};
 use seamwise::export::glb::to_glb;
+use seamwise::export::progressive::refine::{RefinedScene, camera};
 use seamwise::import::options::ReadOptions;
-use seamwise::progressive::refine::{RefinedScene, camera};
 
 use super::console::{check_files, read_stdin, say, write_stdout};
 use crate::cli::{Common, RefineArgs, is_dash};

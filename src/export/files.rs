@@ -39,7 +39,7 @@ pub struct OutputOptions {
     /// [`Placement::Ends`](seamwise_attr::Placement::Ends); else they have next to none in common.
     pub share_vertices: bool,
     /// Whether a further file holds all levels between the coarsest and the source: see
-    /// [`progressive`](crate::progressive).
+    /// [`progressive`](crate::export::progressive).
     pub progressive: bool,
     /// Whether vertices say where they come to lie in the next coarser level.
     pub geomorph: Geomorph,

@@ -8,4 +8,5 @@ pub mod files;
 pub mod glb;
 mod lod_nodes;
 mod materials;
+pub mod progressive;
 mod vertex_pool;

@@ -51,12 +51,12 @@ pub use options::{Atlas, BakeNormals, TransferOptions};
 pub(crate) use original::Origin;
 pub use outcomes::{MaterialTextures, Outcome, TextureOutcome};
 pub(crate) use plan::Plan;
-use repack_charts::repack_charts;
+use repack_charts::repack_all;
 use sampling::{Tags, level_tags, source_tags, sources};
 use select::select;
 use sheet::{LevelSurfaces, Made, Sheet, sheets};
 pub use sizes::Sizes;
-use sizes::{Share, TexelDensity, fit, halved};
+use sizes::{Share, SheetSizes, TexelDensity, fit, halved};
 
 /// Levels that are made at a time: a file is compressed on one thread, and each takes memory of its
 /// own.
@@ -133,9 +133,6 @@ fn pairs<'a>(sources: &'a [Source<'a>], meshes: &[&'a Mesh], tags: &'a [Tags]) -
     surfaces.map(|((source, &mesh), tags)| Pair { source, level: tags.side(mesh) }).collect()
 }
 
-/// Width and height of the images of each sheet, level by level.
-type SheetSizes = Vec<Vec<[usize; 2]>>;
-
 /// The distance of each surface of a level that a thousandth of it exceeds.
 fn distances(sources: &[Source<'_>], meshes: &[&Mesh]) -> Vec<f32> {
     sources.par_iter().zip(meshes).map(|(source, mesh)| source.high_distance(mesh)).collect()
@@ -163,41 +160,6 @@ fn first_sizes(
     let stored = |size| if in_blocks { stored_size(size) } else { size };
     let of = |sheet| (0..texel_density.levels()).map(|level| stored(size(sheet, level))).collect();
     sheets.iter().map(of).collect()
-}
-
-/// The levels with the charts of new layouts in their places; `None` if there are no such layouts.
-/// Sizes grow where an atlas would not hold all charts.
-fn repack_all(
-    sheets: &[Sheet<'_>],
-    sizes: &mut SheetSizes,
-    (lods, is_free): (&Lods, &[bool]),
-    (texel_density, sources): (&TexelDensity, &[Geometry]),
-) -> Result<Option<Lods>> {
-    if !sheets.iter().any(|sheet| sheet.layout.is_new) {
-        return Ok(None);
-    }
-    let mut repacked = Vec::with_capacity(lods.count());
-    for (level, surfaces) in lods.levels().enumerate() {
-        let mut surfaces = surfaces.to_vec();
-        let layouts = sheets.chunk_by(|a, b| std::ptr::eq(a.layout, b.layout));
-        let mut sizes = sizes.iter_mut();
-        for own in layouts {
-            let sizes: Vec<_> = sizes.by_ref().take(own.len()).collect();
-            if !own[0].layout.is_new {
-                continue;
-            }
-            let side = sizes.iter().flat_map(|sizes| sizes[level]).max().unwrap_or(1);
-            let density = own[0].densities(texel_density, sources);
-            let layout = (own[0].layout, &density[..]);
-            let levels = (&mut surfaces[..], is_free);
-            let times = repack_charts(layout, levels, texel_density.stretches(), side)?;
-            for sizes in sizes {
-                sizes[level] = sizes[level].map(|side| side * times);
-            }
-        }
-        repacked.push(surfaces);
-    }
-    Ok(Some(Lods::new(repacked)))
 }
 
 /// The input of all images of all levels.

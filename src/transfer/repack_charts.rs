@@ -7,8 +7,12 @@ use seamwise_texture::Error::Full;
 use seamwise_texture::{RepackOptions, Repacked, UvMesh, repack};
 
 use super::layout::{SourceReading, UvLayout};
+use super::sheet::Sheet;
+use super::sizes::{SheetSizes, TexelDensity};
 use super::unwrap::{Unwrapped, unwrap};
 use crate::error::{Error, Result};
+use crate::level::lods::Lods;
+use crate::surface::geometry::Geometry;
 
 /// Padding between charts, as a share of the atlas's side.
 const PADDING: f64 = 1.0 / 256.0;
@@ -18,13 +22,48 @@ const LEAST_PADDING: usize = 2;
 /// An atlas grows up to this many times where it would not hold all charts.
 const MOST_TIMES: usize = 64;
 
+/// The levels with the charts of new layouts in their places; `None` if there are no such layouts.
+/// Sizes grow where an atlas would not hold all charts.
+pub(super) fn repack_all(
+    sheets: &[Sheet<'_>],
+    sizes: &mut SheetSizes,
+    (lods, is_free): (&Lods, &[bool]),
+    (texel_density, sources): (&TexelDensity, &[Geometry]),
+) -> Result<Option<Lods>> {
+    if !sheets.iter().any(|sheet| sheet.layout.is_new) {
+        return Ok(None);
+    }
+    let mut repacked = Vec::with_capacity(lods.count());
+    for (level, surfaces) in lods.levels().enumerate() {
+        let mut surfaces = surfaces.to_vec();
+        let layouts = sheets.chunk_by(|a, b| std::ptr::eq(a.layout, b.layout));
+        let mut sizes = sizes.iter_mut();
+        for own in layouts {
+            let sizes: Vec<_> = sizes.by_ref().take(own.len()).collect();
+            if !own[0].layout.is_new {
+                continue;
+            }
+            let side = sizes.iter().flat_map(|sizes| sizes[level]).max().unwrap_or(1);
+            let density = own[0].densities(texel_density, sources);
+            let layout = (own[0].layout, &density[..]);
+            let levels = (&mut surfaces[..], is_free);
+            let times = repack_charts(layout, levels, texel_density.stretches(), side)?;
+            for sizes in sizes {
+                sizes[level] = sizes[level].map(|side| side * times);
+            }
+        }
+        repacked.push(surfaces);
+    }
+    Ok(Some(Lods::new(repacked)))
+}
+
 /// Lays the triangles of a layout out anew on a level, one entry per surface, in an atlas of `side`
 /// texels along each axis; those of free surfaces, which have no charts, are unwrapped first. `density` has the texels per length of each entry of its charts, 1 where it
 /// is empty, and `stretches` the lengths in the scene over those of each surface's mesh. Returns how many times larger the atlas must be to hold all charts.
 ///
 /// # Errors
 /// [`Error::Unsupported`] if no atlas holds them.
-pub(super) fn repack_charts(
+fn repack_charts(
     (layout, density): (&UvLayout, &[f64]),
     (levels, is_free): (&mut [Level], &[bool]),
     stretches: &[f64],

@@ -36,6 +36,9 @@ pub enum Sizes {
     Budget(u64),
 }
 
+/// Width and height of the images of each sheet, level by level.
+pub(super) type SheetSizes = Vec<Vec<[usize; 2]>>;
+
 /// Areas, scales and screen sizes, from which the sizes of images are computed.
 pub(super) struct TexelDensity {
     /// Diagonal of the asset's bounding box in the units of the scene.

@@ -5,9 +5,9 @@ use seamwise::document::asset::Asset;
 use seamwise::document::primitive::Primitive;
 use seamwise::export::files::OutputOptions;
 use seamwise::export::glb::to_glb;
+use seamwise::export::progressive::extract::{Extracted, Fineness, extract, triangles};
 use seamwise::import::options::ReadOptions;
 use seamwise::import::{read, read_bytes};
-use seamwise::progressive::extract::{Extracted, Fineness, extract, triangles};
 use seamwise::{BakeOptions, bake_bytes};
 use std::path::Path;
 
@@ -173,7 +173,7 @@ fn real_assets_come_back() {
 #[test]
 fn a_file_is_refined_where_an_eye_looks() {
     use glam::Vec3;
-    use seamwise::progressive::refine::{RefinedScene, camera};
+    use seamwise::export::progressive::refine::{RefinedScene, camera};
     use seamwise_attr::Goal;
 
     for (name, build) in assets::all() {

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use glam::DVec3;
+use seamwise::inspect::quadrics::Quadrics;
 use seamwise::limit::MemoryLimit;
-use seamwise::quadrics::Quadrics;
 use seamwise_attr::Isosurface;
 use serde_json::Value;
 

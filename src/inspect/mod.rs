@@ -1,6 +1,8 @@
 //! Inspection of an asset: its meshes, materials and images, and the reads by which its atlases
 //! would bleed.
 
+pub mod quadrics;
+
 use rayon::prelude::*;
 use seamwise_attr::Census;
 use seamwise_texture::{Footprint, Role};

@@ -180,8 +180,8 @@ mod tests {
     use crate::BakeOptions;
     use crate::bake::options::{Targets, Textures};
     use crate::export::files::OutputOptions;
-    use crate::progressive::blocks::Reader;
-    use crate::progressive::parts::parts;
+    use crate::export::progressive::blocks::Reader;
+    use crate::export::progressive::parts::parts;
 
     fn sample() -> Vec<u8> {
         let options = BakeOptions {
@@ -192,7 +192,7 @@ mod tests {
             output: OutputOptions { progressive: true, ..OutputOptions::default() },
             ..BakeOptions::default()
         };
-        let bytes = include_bytes!("../../data/sample.glb");
+        let bytes = include_bytes!("../../../data/sample.glb");
         let files = crate::bake_bytes(bytes, "sample", &options).unwrap().files;
         files.into_iter().find(|file| file.name.ends_with("_progressive.glb")).unwrap().bytes
     }
