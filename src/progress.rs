@@ -43,6 +43,9 @@ pub trait Display: std::fmt::Debug + Send + Sync {
         None
     }
 
+    /// Shows some lines that are worth reading before the run is over.
+    fn note(&self, _text: &str) {}
+
     /// Whether the run is to end: asked between stages and, within one, before each surface or level.
     fn is_canceled(&self) -> bool {
         false
@@ -124,6 +127,11 @@ impl Progress {
             }
             _ => Ok(()),
         }
+    }
+
+    /// Shows some lines that are worth reading before the run is over.
+    pub fn note(&self, text: &str) {
+        self.display.iter().for_each(|display| display.note(text));
     }
 
     /// Runs a stage that does `total` steps and counts them on the counter it is given.

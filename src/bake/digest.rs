@@ -26,7 +26,13 @@ pub(crate) fn digest(input: Input<'_>, options: &BakeOptions) -> Result<String> 
     let allow_outside = options.reading.allow_outside;
     let smooth_normals = options.reading.smooth_normals;
     let reading = ReadOptions { smooth_normals, ..ReadOptions::default() };
-    let options = BakeOptions { reading, time_limit: None, allow_empty: false, ..options.clone() };
+    let options = BakeOptions {
+        reading,
+        time_limit: None,
+        allow_empty: false,
+        preview: false,
+        ..options.clone()
+    };
     let mut hasher = Hasher::new();
     add(&mut hasher, env!("CARGO_PKG_VERSION").as_bytes());
     // Floats are printed with all their digits, and a new option counts without being named here.

@@ -25,11 +25,11 @@ use crate::evaluate::load::TextureCache;
 use crate::export::bundle::Chain;
 use crate::export::disk::check_writable;
 use crate::export::files::{Format, Layout};
+use crate::export::progressive::write::progressive_glb;
 use crate::level::LevelAssembly;
 use crate::level::lods::Lods;
 use crate::level::textures::LevelTextures;
 use crate::progress::Progress;
-use crate::progressive::write::progressive_glb;
 use crate::report::html::{Extras, bake_page};
 use crate::report::level_textures::draw_level_textures;
 use crate::report::pictures::draw_atlases;
@@ -49,7 +49,7 @@ use report::{input_report, level_reports};
 use simplify::{Simplified, grow_all, polish_all, settle_all, simplify_all};
 use stages::{
     Clock, draw_all, evaluate_all, find_morphs, finish_images, free_shapes, level_assets,
-    load_reference, own_textures, plan_textures, repair_images,
+    load_reference, own_textures, plan_textures, preview_all, repair_images,
 };
 use steering::MeshSteering;
 use texture_files::{Images, check_encoders};
@@ -245,6 +245,10 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
     });
     let reference = reference.transpose()?;
     drop(repairs);
+    if let (Some(reference), true) = (&reference, options.preview && options.evaluate.is_some()) {
+        let look = || preview_all(&reference.scene, &levels, &mut cache);
+        progress.note(&clock.time("preview", |s| &mut s.evaluate, look)?);
+    }
     let mut measured = None;
     if let (Some(reference), Some(own)) = (&reference, options.evaluation()) {
         let measure = || evaluate_all(&reference.scene, &levels, own, &mut cache, progress);

@@ -34,6 +34,8 @@ pub struct BakeOptions {
     /// Options of the evaluation of levels, if there is one; for the pixel tolerance of `screen`, and for
     /// its height unless they have another than their default.
     pub evaluate: Option<evaluate::Options>,
+    /// Whether the display of progress gets a table of rough figures before levels are measured.
+    pub preview: bool,
     /// Whether levels are measured against the source as it is even where its atlases bleed, instead of
     /// with them filled.
     pub reference_as_is: bool,
@@ -89,6 +91,7 @@ impl Default for BakeOptions {
             textures: Textures::default(),
             texture_files: TextureFiles::default(),
             evaluate: Some(evaluate::Options::default()),
+            preview: false,
             reference_as_is: false,
             screen: Screen::default(),
             report: None,

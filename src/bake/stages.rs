@@ -26,6 +26,7 @@ use crate::level::textures::LevelTextures;
 use crate::progress::Progress;
 use crate::report::Seconds;
 use crate::report::pictures::Gallery;
+use crate::report::preview::preview_table;
 use crate::surface::geometry::Geometry;
 use crate::surface::group::weld_without_uvs;
 use crate::transfer::{MaterialTextures, Origin, Plan, Transfer, TransferOptions, transfer_all};
@@ -178,6 +179,29 @@ pub(super) fn draw_all(
         }
         Ok(gallery)
     })
+}
+
+/// Rough figures of levels, as soon as these are there: a few views and samples, and no search for the sizes at
+/// which they are shown.
+pub(super) fn preview_all(
+    source: &Scene,
+    levels: &[Asset],
+    textures: &mut TextureCache,
+) -> Result<String> {
+    let options = evaluate::Options {
+        views: 6,
+        resolution: 256,
+        samples: 20_000,
+        screen_height: 0,
+        ..evaluate::Options::default()
+    };
+    let reference = Reference::new(source, options)?;
+    let look = |level: &Asset| {
+        let scene = load(level, textures)?;
+        Ok((scene.triangles.len(), reference.compare(&scene)?))
+    };
+    let figures = levels.iter().map(look).collect::<Result<Vec<_>>>()?;
+    Ok(preview_table(source.triangles.len(), &figures))
 }
 
 pub(super) fn evaluate_all(

@@ -126,6 +126,11 @@ struct MeasureArgs {
     /// Do not measure the levels: faster.
     #[arg(long)]
     no_evaluate: bool,
+    /// Print a table of rough figures as soon as there are levels; those of all views follow.
+    ///
+    /// Of 6 views of 256 × 256 pixels and 20,000 samples.
+    #[arg(long, conflicts_with = "no_evaluate")]
+    preview: bool,
     #[command(flatten)]
     thoroughness: ThoroughnessArgs,
     /// Measure against the source as it is, even if its atlases bleed.
@@ -322,6 +327,7 @@ impl BakeArgs {
             texture_files: self.textures.files(),
             goals,
             evaluate: self.measuring.evaluate(),
+            preview: self.measuring.preview,
             reference_as_is: self.measuring.reference_as_is,
             screen,
             report: self.places.report.as_ref().map(|_| page),

@@ -53,6 +53,15 @@ impl Display for Bars {
         line.bar.enable_steady_tick(TICK);
         Some(Box::new(line))
     }
+
+    fn note(&self, text: &str) {
+        print_above(&self.0, text);
+    }
+}
+
+/// Prints lines on standard error, above all bars.
+fn print_above(bars: &MultiProgress, text: &str) {
+    bars.suspend(|| eprintln!("{text}"));
 }
 
 /// A line that is taken off the terminal when it is dropped.
@@ -70,6 +79,10 @@ impl Display for Line {
         self.bar.set_length(total as u64);
         self.bar.set_position(0);
         Box::new(Stage((total > 1).then(|| self.bar.clone())))
+    }
+
+    fn note(&self, text: &str) {
+        print_above(&self.bars, text);
     }
 }
 

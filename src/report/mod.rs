@@ -13,6 +13,7 @@ pub mod html;
 pub(crate) mod level_textures;
 mod meshes;
 pub mod pictures;
+pub(crate) mod preview;
 pub mod repair;
 mod scale;
 mod seconds;

@@ -250,7 +250,7 @@ impl Seconds {
 }
 
 /// A figure of what is seen, or a dash where nothing is.
-fn seen(figure: f64, digits: usize) -> String {
+pub(super) fn seen(figure: f64, digits: usize) -> String {
     if figure.is_nan() { "–".to_owned() } else { format!("{figure:.digits$}") }
 }
 

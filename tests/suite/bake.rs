@@ -14,6 +14,7 @@ use seamwise::document::asset::Asset;
 use seamwise::evaluate::load::{TextureCache, load};
 use seamwise::evaluate::{Metrics, Options, Reference};
 use seamwise::import::options::ReadOptions;
+use seamwise::progress::Progress;
 use seamwise::report::BakeReport;
 use serde_json::{Value, json};
 
@@ -556,4 +557,40 @@ fn real_assets_bake() {
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
     assert!(baked_count >= 16, "only {baked_count} assets were found");
+}
+
+/// Keeps what it is to show above its bars.
+#[derive(Debug, Default)]
+struct Notes(std::sync::Mutex<Vec<String>>);
+
+impl seamwise::progress::Display for Notes {
+    fn stage(&self, _name: &str, _total: usize) -> Box<dyn seamwise::progress::Bar> {
+        Box::new(())
+    }
+
+    fn note(&self, text: &str) {
+        self.0.lock().expect("notes").push(text.to_owned());
+    }
+}
+
+#[test]
+fn a_first_look_has_about_the_figures_that_follow() {
+    let options = BakeOptions { preview: true, textures: Textures::Keep, ..measured() };
+    let notes = std::sync::Arc::new(Notes::default());
+    let progress = Progress::new(notes.clone());
+    let (glb, folder) = (assets::cube(12).glb(), tempfile::tempdir().expect("a folder"));
+    let report =
+        seamwise::bake::bake(Input::Bytes(&glb, "cube"), folder.path(), &options, &progress);
+    let report = report.expect("levels");
+    let notes = notes.0.lock().expect("notes");
+    let lines: Vec<Vec<&str>> =
+        notes[0].lines().map(|line| line.split_whitespace().collect()).collect();
+    assert_eq!((notes.len(), lines.len()), (1, report.levels.len() + 2), "{notes:?}");
+    for (line, level) in lines[2..].iter().zip(&report.levels) {
+        assert_eq!(line[1].replace(',', ""), level.triangles.to_string());
+        let (own, exact) =
+            (line[4].parse::<f64>().expect("a distance"), level.metrics.expect("figures"));
+        let near = (0.7..1.4).contains(&(own / exact.distance_rms));
+        assert!(near || exact.distance_rms < 1e-9, "{own} of {}", exact.distance_rms);
+    }
 }
