@@ -1,5 +1,5 @@
 //! Files out: written to a temporary name beside their own and renamed, so that a reader never
-//! sees half of one.
+//! sees half of one. Devices and pipes are written to as they are.
 
 use std::collections::BTreeSet;
 use std::fs::TryLockError;
@@ -36,7 +36,8 @@ pub fn check_writable(paths: &[PathBuf]) -> Result<()> {
     if let Some(path) = paths.iter().find(|path| path.is_dir()) {
         return Err(refusal(path, "a folder is in its place"));
     }
-    let folders: BTreeSet<&Path> = paths.iter().map(|path| folder_of(path)).collect();
+    let files = paths.iter().filter(|path| !is_special(path));
+    let folders: BTreeSet<&Path> = files.map(|path| folder_of(path)).collect();
     folders.into_iter().try_for_each(check_folder)
 }
 
@@ -133,17 +134,42 @@ fn is_left(path: &Path) -> bool {
     age.is_some_and(|age| age > LEFTOVER_AGE) && !is_held
 }
 
-/// Files under temporary names, with those that they are to have.
-type Written<'a> = Vec<(&'a PathBuf, NamedTempFile)>;
-
-fn write_all_beside<B: AsRef<[u8]>>(files: &[(PathBuf, B)]) -> Result<Written<'_>> {
-    files.iter().map(|(path, bytes)| Ok((path, write_beside(path, bytes.as_ref())?))).collect()
+/// A file that is not yet under its name.
+enum Written<'a> {
+    /// It is under another one.
+    Beside(NamedTempFile),
+    /// Its bytes go into what is there, a device or a pipe, which a file must not replace.
+    Through(&'a [u8]),
 }
 
-fn rename(written: Written<'_>) -> Result<()> {
-    written.into_iter().try_for_each(|(path, file)| {
-        file.persist(path).map(drop).map_err(|error| Error::io(path, error.error))
-    })
+fn write_all_beside<B: AsRef<[u8]>>(
+    files: &[(PathBuf, B)],
+) -> Result<Vec<(&PathBuf, Written<'_>)>> {
+    let written = files.iter().map(|(path, bytes)| {
+        let bytes = bytes.as_ref();
+        let own = match is_special(path) {
+            true => Written::Through(bytes),
+            false => Written::Beside(write_beside(path, bytes)?),
+        };
+        Ok((path, own))
+    });
+    written.collect()
+}
+
+/// Whether something is there that is neither a file nor a folder.
+fn is_special(path: &Path) -> bool {
+    std::fs::metadata(path).is_ok_and(|there| !there.is_file() && !there.is_dir())
+}
+
+fn rename(written: Vec<(&PathBuf, Written<'_>)>) -> Result<()> {
+    let finish = |path: &Path, file: Written<'_>| match file {
+        Written::Beside(file) => file.persist(path).map(drop).map_err(|error| error.error),
+        Written::Through(bytes) => {
+            std::fs::OpenOptions::new().write(true).open(path)?.write_all(bytes)
+        }
+    };
+    let mut written = written.into_iter();
+    written.try_for_each(|(path, file)| finish(path, file).map_err(|error| Error::io(path, error)))
 }
 
 /// Writes bytes to a temporary file in the folder of `path`; it vanishes unless it is renamed.
@@ -186,6 +212,31 @@ mod tests {
         write_files(&[(path.clone(), b"old".to_vec())]).unwrap();
         write_files(&[(path.clone(), b"new".to_vec())]).unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), b"new");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn what_is_no_file_is_written_to_and_stays() {
+        use std::io::Read;
+        use std::os::unix::fs::FileTypeExt;
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("pipe");
+        let made = std::process::Command::new("mkfifo").arg(&path).status();
+        if !made.is_ok_and(|status| status.success()) {
+            println!("skipped: mkfifo is absent, so nothing is written to a pipe");
+            return;
+        }
+        std::thread::scope(|scope| {
+            let reader = scope.spawn(|| {
+                let mut read = Vec::new();
+                std::fs::File::open(&path).unwrap().read_to_end(&mut read).unwrap();
+                read
+            });
+            write_files(&[(path.clone(), b"through".to_vec())]).unwrap();
+            assert_eq!(reader.join().unwrap(), b"through");
+        });
+        assert!(std::fs::metadata(&path).unwrap().file_type().is_fifo());
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
     }
 
