@@ -49,7 +49,7 @@ use report::{input_report, level_reports};
 use simplify::{Simplified, grow_all, polish_all, settle_all, simplify_all};
 use stages::{
     Clock, draw_all, evaluate_all, find_morphs, finish_images, free_shapes, level_assets,
-    load_reference, own_textures, plan_textures, preview_all, repair_images,
+    load_reference, own_textures, plan_textures, preview_all, repair_images, warn_of_charts,
 };
 use steering::MeshSteering;
 use texture_files::{Images, check_encoders};
@@ -191,6 +191,7 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
     let mut warnings = asset.warnings.clone();
     let surfaces = Surfaces::check(&asset, geometries, options, &mut warnings)?;
     warn_of_fragments(&asset, &sources, options, &mut warnings)?;
+    warn_of_charts(plan.as_ref(), &sources, options, &mut warnings);
     let steering = options.steering.resolve(&asset, geometries, options.reading.memory_limit)?;
     let simplified = shape(&asset, geometries, &steering, options, &mut clock)?;
     let Simplified { chains, mut scene, .. } = simplified;

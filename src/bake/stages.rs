@@ -79,6 +79,24 @@ pub(super) fn free_shapes(
     (!bare.is_empty()).then(|| weld_without_uvs(asset, &bare)).transpose()
 }
 
+/// Warns of surfaces that were to be free of the source's charts and can't be.
+pub(super) fn warn_of_charts(
+    plan: Option<&Plan>,
+    surfaces: &[Geometry],
+    options: &BakeOptions,
+    warnings: &mut Warnings,
+) {
+    let (Some(plan), Textures::Transfer(own)) = (plan, &options.textures) else { return };
+    if !own.unwraps {
+        return;
+    }
+    for (surface, _) in surfaces.iter().zip(&plan.is_free).filter(|(_, is_free)| !**is_free) {
+        let what = "some of its primitives have UVs of which no image is made anew, or none has an image: with \
+                    --atlas free its levels are simplified within the source's charts all the same";
+        warnings.add(format!("/meshes/{}", surface.meshes[0]), what);
+    }
+}
+
 /// Textures of each level's own, and what became of those of each material. Where charts are laid out
 /// anew, `lods` are as well.
 pub(super) fn own_textures(

@@ -105,6 +105,8 @@ fn what_keeps_charts_on_a_surface_keeps_all_of_them() {
     let glb = build.glb();
     let [kept, free] = [false, true].map(|unwraps| {
         let baked = Baked::bytes("sheet", &glb, &options(unwraps, unmeasured()));
+        let told = baked.report.warnings.iter().any(|own| own.what.contains("--atlas free"));
+        assert_eq!(told, unwraps);
         std::fs::read(baked.level_path(1)).expect("a level")
     });
     assert!(kept == free);
