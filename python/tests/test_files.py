@@ -146,4 +146,4 @@ def test_textures_are_written_for_graphics_processors_and_say_what_they_take_the
     assert {own["format"] for own in packed["textures"]} == {"image/ktx2"}
     assert plain["texture_gpu_bytes"] > 3.9 * packed["texture_gpu_bytes"]
     with pytest.raises(seamwise.OptionsError, match="transfer"):
-        seamwise.bake(sample, texture_format="jpeg", **options)
+        seamwise.bake(sample, textures="repair", texture_format="jpeg", **options)
