@@ -274,7 +274,8 @@ impl Job<'_> {
         if reading.uv_set < level.mesh.layout.uv_sets {
             return [area(read(level.mesh, triangle), picture.size()), own];
         }
-        // A level without the source's UVs shows what lies there.
+        // A level without the source's UVs shows what lies there: as many texels for an area as the triangles
+        // of the source have at four places.
         let [mut there, mut shown] = [0.0; 2];
         let points = LevelPoint::of_triangle(level, triangle);
         for place in points.iter().filter_map(|point| source.find(point, None)) {

@@ -1,8 +1,12 @@
-//! What each collapse leaves behind: how far off, where, and which way it faces.
+//! What each collapse leaves behind: how far off, in shape and in shading, where, and which way it faces.
 //!
 //! Every point of the source belongs to a triangle, the nearest of those that are left where its own was changed.
 //! The error of a collapse is how far the points of the triangles that it leaves are off from these. Since a
 //! triangle is always one of the simplification's, with the same points, that is a bound for every state.
+//!
+//! Shading is off by √(∑ Aᵢ |nᵢ − n|²) over these points: Aᵢ a third of the area of the triangles around a point of
+//! the source, nᵢ its unit normal by area, and n that of the triangle it belongs to. It has the unit of a length,
+//! and is a sum over samples, no bound.
 
 use glam::{DVec3, Vec3};
 
