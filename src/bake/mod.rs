@@ -55,7 +55,7 @@ use steering::MeshSteering;
 use texture_files::{Images, check_encoders};
 use trials::Tried;
 use unsimplified::{Surfaces, warn_of_whole_levels};
-use view::view_all;
+use view::{Models, view_all};
 use words::option_words;
 
 /// Bakes the levels of one asset into `folder`: `<stem>_lod1.glb` and so on, and what else
@@ -255,12 +255,22 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
         let measure = || evaluate_all(&reference.scene, &levels, own, &mut cache, progress);
         measured = Some(clock.time("evaluate", |s| &mut s.evaluate, measure)?);
     }
+    let name = options.output.progressive_file(&input.stem());
+    let progressive = scene.as_ref().zip(name).map(|(scene, name)| {
+        let write = || progressive_glb(&asset, &images, geometries, scene);
+        Ok((name, clock.time("write", |s| &mut s.write, write)?))
+    });
+    let progressive: Option<(String, Vec<u8>)> = progressive.transpose()?;
     if let (Some(reference), Some(_)) = (&reference, options.report) {
         let draw = || draw_all(&reference.scene, &levels, &mut cache, progress);
         extras.gallery = Some(clock.time("report", |s| &mut s.report, draw)?);
         let draw = || draw_level_textures(&levels, &images, options.reading.memory_limit);
         extras.level_textures = clock.time("report", |s| &mut s.report, draw)?;
-        let view = || view_all(&asset, &levels, input, options, measured.as_ref());
+        let view = || {
+            let models =
+                Models { source: &asset, levels: &levels, progressive: progressive.as_ref() };
+            view_all(&models, input, options, measured.as_ref())
+        };
         extras.viewer = Some(clock.time("report", |s| &mut s.report, view)?);
     }
     let limit = options.reading.memory_limit;
@@ -276,13 +286,10 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
         let chain =
             Chain { asset: &asset, levels: levels_of, images, output, screen, source_morphs };
         let documents = chain.documents(levels, measured.as_ref(), &input.stem())?;
-        let mut files = options.output.encode(&input.stem(), &documents)?;
-        if let (Some(scene), Some(name)) = (&scene, output.progressive_file(&input.stem())) {
-            files.push((name, progressive_glb(&asset, images, geometries, scene)?));
-        }
-        Ok(files)
+        options.output.encode(&input.stem(), &documents)
     };
-    let files = clock.time("write", |s| &mut s.write, encode)?;
+    let mut files = clock.time("write", |s| &mut s.write, encode)?;
+    files.extend(progressive);
     let own = (&assembled[..], &pictures[..]);
     let levels = level_reports(&asset, own, &lods, &steering, options, measured.as_ref());
     let files_read = input.files(&asset, options.reading);

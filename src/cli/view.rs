@@ -12,13 +12,16 @@ use super::reading::ReadingArgs;
 Examples:
   seamwise view helmet.gltf out/helmet_lod*.glb -o helmet.html
   seamwise view out/helmet.glb -o helmet.html
+  seamwise view out/helmet_progressive.glb -o helmet.html
 
 The page needs nothing but itself: no network and no server. It is opened in the browser where there is \
 one and the command is typed in a terminal.")]
 pub(crate) struct ViewArgs {
-    /// The source, or one file with all levels (MSFT_lod): .glb, .gltf, .obj, .ply or .off, as the levels.
+    /// The source, or one file with all levels (MSFT_lod or progressive): .glb, .gltf, .obj, .ply or .off, as
+    /// the levels.
     pub(crate) input: PathBuf,
-    /// Its levels, from fine to coarse, from any tool.
+    /// Its levels, from fine to coarse, from any tool. Of a progressive file a slider shows every number of
+    /// triangles.
     pub(crate) levels: Vec<PathBuf>,
     /// The page to write.
     #[arg(long, short, value_name = "FILE.html")]

@@ -8,31 +8,74 @@ use anyhow::Result;
 
 use seamwise::document::asset::Asset;
 use seamwise::export::disk::{refuse_overwriting, write_files};
+use seamwise::export::progressive::extract::{Fineness, extract};
+use seamwise::export::progressive::format::EXTENSION;
+use seamwise::export::progressive::timeline::Timeline;
+use seamwise::import::{read_bytes_of, read_file};
 use seamwise::report::viewer::{Exhibit, Viewer};
 
-use super::console::{check_files, read_warned};
-use crate::cli::{Common, ViewArgs};
+use super::console::{check_files, read_stdin, warn};
+use crate::cli::{Common, ViewArgs, is_dash};
 
 /// Writes the page, and opens it if somebody is there to look at it.
 pub(crate) fn view(args: &ViewArgs, common: Common) -> Result<usize> {
     let outputs = std::slice::from_ref(&args.output);
     check_files(outputs)?;
-    let mut models: Vec<(String, Asset)> = Vec::new();
+    let mut models = Vec::new();
     for path in std::iter::once(&args.input).chain(&args.levels) {
         refuse_overwriting(path, outputs)?;
-        let asset =
-            read_warned(path, &args.reading, common).map_err(|error| error.in_file(path))?;
-        models.push((name_of(path), asset));
+        models.push(Model::read(path, args, common).map_err(|error| error.in_file(path))?);
     }
-    let exhibit = |(file, asset)| Exhibit { file, asset, largest_size: None };
-    let exhibits: Vec<Exhibit<'_>> =
-        models.iter().map(|(file, asset)| exhibit((file.as_str(), asset))).collect();
-    let page = Viewer::new(&exhibits, common.memory_limit)?.to_page(&models[0].0)?;
+    // A progressive file by itself is compared with the source that is in it.
+    if let ([only], []) = (&models[..], &args.levels[..])
+        && let Some(source) = only.source(args, common)?
+    {
+        models.insert(0, source);
+    }
+    let exhibits: Vec<Exhibit<'_>> = models.iter().map(Model::exhibit).collect();
+    let page = Viewer::new(&exhibits, common.memory_limit)?.to_page(&models[0].name)?;
     write_files(&[(args.output.clone(), page.into_bytes())])?;
     if !args.no_open && std::io::stdout().is_terminal() {
         open_page(&args.output);
     }
     Ok(0)
+}
+
+/// A model of the page.
+struct Model {
+    name: String,
+    asset: Asset,
+    /// Its bytes and all of its levels, if it is a progressive file.
+    progressive: Option<(Vec<u8>, Timeline)>,
+}
+
+impl Model {
+    fn read(path: &Path, args: &ViewArgs, common: Common) -> seamwise::error::Result<Self> {
+        let options = args.reading.resolve(common);
+        let bytes = if is_dash(path) { read_stdin(common)? } else { read_file(path)? };
+        let asset = read_bytes_of(&bytes, path, options)?;
+        warn(common.quiet, path, &asset.warnings);
+        let has_splits = asset.json.pointer(&format!("/extensions/{EXTENSION}")).is_some();
+        let progressive = if has_splits {
+            let timeline = Timeline::read(&bytes, Viewer::MOST_CONTINUOUS, options)?;
+            Some((bytes, timeline))
+        } else {
+            None
+        };
+        Ok(Self { name: name_of(path), asset, progressive })
+    }
+
+    /// The source in a progressive file.
+    fn source(&self, args: &ViewArgs, common: Common) -> seamwise::error::Result<Option<Self>> {
+        let Some((bytes, _)) = &self.progressive else { return Ok(None) };
+        let source = extract(bytes, Fineness::Source, args.reading.resolve(common))?;
+        Ok(Some(Self { name: self.name.clone(), asset: source.asset, progressive: None }))
+    }
+
+    fn exhibit(&self) -> Exhibit<'_> {
+        let timeline = self.progressive.as_ref().map(|(_, timeline)| timeline);
+        Exhibit { timeline, ..Exhibit::new(&self.name, &self.asset) }
+    }
 }
 
 fn name_of(path: &Path) -> String {

@@ -91,7 +91,10 @@ pub fn read_bytes_of(bytes: &[u8], path: &Path, options: ReadOptions) -> Result<
 }
 
 /// The bytes of a model's file.
-fn read_file(path: &Path) -> Result<Vec<u8>> {
+///
+/// # Errors
+/// [`Error::Io`] if it can't be read; [`Error::Kind`] if it is a folder.
+pub fn read_file(path: &Path) -> Result<Vec<u8>> {
     if path.is_dir() {
         return Err(Error::Kind { what: "a folder: name a file in it".into() });
     }

@@ -12,13 +12,11 @@ import { tmpdir } from 'node:os';
 import { dirname, join, resolve } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { Findings, openPage, withBrowser } from './browser.mjs';
-import { drawSheet } from './sheet.mjs';
+import { differences, reference, settle } from './pictures.mjs';
 
 const HERE = dirname(fileURLToPath(import.meta.url));
 const ASSETS = resolve(HERE, '../../../shared/assets');
 const LEVELS = [1, 2, 3, 4];
-const VIEWS = 3;
-const SIDE = 512; // pixels
 const MOST_OFF = 0.02; // mean absolute difference of sRGB over covered pixels
 const LEAST_CHANGE = 0.01; // share of a screenshot's pixels that another shading changes
 // Two seconds with a core to itself; a gate shares it.
@@ -57,42 +55,6 @@ function countTriangles(path) {
   return json.scenes[json.scene ?? 0].nodes.reduce((sum, node) => sum + below(node), 0) / 3;
 }
 
-// What `seamwise evaluate` draws of a file, and from where.
-function reference(file) {
-  const sheet = drawSheet(tool, scratch, file, { views: VIEWS, side: SIDE });
-  const cameras = sheet.cameras.map(({ eye, target, field_of_view_degrees: degrees }) => (
-    { eye, target, halfWidth: Math.tan((degrees * Math.PI) / 360) }));
-  return { sheet, cameras };
-}
-
-// Mean absolute differences of the view's pictures of a model to those in the first column of a sheet.
-function differences(page, index, { cameras, sheet }) {
-  return page.evaluate(async (index, cameras, { url, places }, side) => {
-    const image = await createImageBitmap(await (await fetch(url)).blob());
-    return cameras.map((camera, view) => {
-      const context = new OffscreenCanvas(side, side).getContext('2d');
-      context.drawImage(image, ...places[view], side, side, 0, 0, side, side);
-      const other = context.getImageData(0, 0, side, side).data;
-      const own = window.seamwise.stage.pixels(index, camera, side);
-      let [sum, covered] = [0, 0];
-      for (let y = 0; y < side; y += 1) {
-        for (let x = 0; x < side; x += 1) {
-          const [a, b] = [4 * ((side - 1 - y) * side + x), 4 * (y * side + x)];
-          // Both draw on the same gray.
-          const parts = [0, 1, 2].map((k) => [own[a + k], other[b + k]]);
-          if (parts.every(([mine, theirs]) => Math.abs(mine - 128) < 2 && theirs === 128)) continue;
-          covered += 1;
-          sum += parts.reduce((all, [mine, theirs]) => all + Math.abs(mine - theirs), 0) / 3 / 255;
-        }
-      }
-      return sum / covered;
-    });
-  }, index, cameras, sheet, SIDE);
-}
-
-const settle = (page) => page.evaluate(() => new Promise((done) => {
-  requestAnimationFrame(() => requestAnimationFrame(done));
-}));
 const shownTriangles = (page) => page.evaluate(() => Number(document.getElementById('viewer').dataset.triangles.split(' ').at(-1)));
 
 // The keys 1 to 5, and all of them once more in place.
@@ -195,7 +157,7 @@ async function holdPage(browser, { name, source, mostBytes, same }) {
   await page.click('[value=single]');
   const least = await holdShadings(page, same);
   const off = [];
-  for (const [index, own] of [[0, source], [4, levels[3]]]) off.push(...await differences(page, index, reference(own)));
+  for (const [index, own] of [[0, source], [4, levels[3]]]) off.push(...await differences(page, index, reference(tool, scratch, own)));
   hold(Math.max(...off) < MOST_OFF, `lit pictures are ${off.join(', ')} off`);
   await holdNarrow(page);
   hold(complaints.length === 0, complaints.join('\n'));

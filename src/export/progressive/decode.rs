@@ -1,10 +1,8 @@
 //! Splits from blocks, as many as are asked for or are there.
 
-use seamwise_attr::Split;
-
 use super::blocks::{Damage, Reader};
 use super::header::{Form, Header};
-use super::recorded::Before;
+use super::observer::Observer;
 use super::script::{ERROR, SPAN, STEP, Symbols, TRIANGLES};
 use super::splits::ReadValues;
 use super::surface::Surface;
@@ -30,21 +28,6 @@ pub(super) struct Decoded {
     pub(super) damage: Option<Damage>,
     /// What follows the splits, if all of them are done.
     pub(super) rest: Option<usize>,
-    /// The splits of each surface, if they are recorded.
-    recorded: Option<Vec<Vec<Split>>>,
-}
-
-/// As [`read_splits`], with all splits of each surface.
-pub(super) fn read_recorded(
-    header: &Header,
-    blocks: &[u8],
-    fineness: Fineness,
-    most: usize,
-) -> Result<(Decoded, Vec<Vec<Split>>), Damage> {
-    let record = Some(vec![Vec::new(); header.surfaces.len()]);
-    let mut read = read(header, blocks, (fineness, record), most)?;
-    let splits = read.recorded.take().unwrap_or_default();
-    Ok((read, splits))
 }
 
 /// Reads splits until a level is as fine as it is to be. `most` bytes may be unpacked.
@@ -57,27 +40,31 @@ pub(super) fn read_splits(
     fineness: Fineness,
     most: usize,
 ) -> Result<Decoded, Damage> {
-    read(header, blocks, (fineness, None), most)
+    read_observed(header, blocks, fineness, most, &mut ())
 }
 
-fn read(
+/// As [`read_splits`], while somebody looks on.
+pub(super) fn read_observed(
     header: &Header,
     blocks: &[u8],
-    (fineness, recorded): (Fineness, Option<Vec<Vec<Split>>>),
+    fineness: Fineness,
     most: usize,
+    observer: &mut impl Observer,
 ) -> Result<Decoded, Damage> {
     let (forms, columns) = header.forms();
     let (mut first, mut at) = Reader::unpack(blocks, columns, most)?;
     let mut surfaces = Vec::new();
-    for form in &forms {
+    for (index, form) in forms.iter().enumerate() {
         let mut surface = Surface::new(form.layout, form.strides.clone());
-        split(&mut surface, form, &mut first, None)?;
+        let changes = surface.split(&mut first)?;
+        surface.place(&changes, &mut ReadValues { from: &mut first, form })?;
+        observer.begun(index, &surface);
         surfaces.push(surface);
     }
     let triangles = surfaces.iter().map(|own| own.triangles.len() as u64).sum();
     let (error, splits) = (header.error, 0);
     let (damage, rest) = (None, None);
-    let mut out = Decoded { surfaces, triangles, splits, error, damage, rest, recorded };
+    let mut out = Decoded { surfaces, triangles, splits, error, damage, rest };
     let mut left = most;
     while out.splits < header.splits && !out.is_fine(fineness, 0) {
         let (reader, length) = match Reader::unpack(&blocks[at..], columns, left) {
@@ -88,7 +75,7 @@ fn read(
             }
         };
         (at, left) = (at + length, left.saturating_sub(reader.len()));
-        match out.read_block(reader, &forms, fineness) {
+        match out.read_block(reader, &forms, fineness, observer) {
             Ok(true) => {}
             Ok(false) => return Ok(out),
             Err(damage) => {
@@ -117,6 +104,7 @@ impl Decoded {
         mut from: Reader,
         forms: &[Form],
         fineness: Fineness,
+        observer: &mut impl Observer,
     ) -> Result<bool, Damage> {
         while !from.is_done(STEP) {
             let step = from.next(STEP)?;
@@ -134,33 +122,22 @@ impl Decoded {
                 let span = from.next(SPAN)?;
                 let mut values = ReadValues { from: &mut from, form: &forms[index] };
                 self.surfaces[index].unsettle(span, &mut values)?;
+                observer.unsettled(index, &self.surfaces[index]);
                 continue;
             }
             let next = u64::from(from.peek(TRIANGLES)?);
             if self.is_fine(fineness, next) {
                 return Ok(false);
             }
-            let record = self.recorded.as_mut().map(|all| (&mut all[index], self.error));
-            split(&mut self.surfaces[index], &forms[index], &mut from, record)?;
+            let surface = &mut self.surfaces[index];
+            let changes = surface.split(&mut from)?;
+            observer.parted(index, surface, &changes);
+            surface.place(&changes, &mut ReadValues { from: &mut from, form: &forms[index] })?;
+            observer.placed(index, surface, &changes, self.error);
             (self.triangles, self.splits) = (self.triangles + next, self.splits + 1);
             let bits = self.error.to_bits().checked_sub(from.next(ERROR)?);
             self.error = f32::from_bits(bits.ok_or(Damage::Changed)?);
         }
         Ok(true)
     }
-}
-
-fn split(
-    surface: &mut Surface,
-    form: &Form,
-    from: &mut Reader,
-    record: Option<(&mut Vec<Split>, f32)>,
-) -> Result<(), Damage> {
-    let changes = surface.split(from)?;
-    let before = record.is_some().then(|| Before::of(surface, &changes));
-    surface.place(&changes, &mut ReadValues { from, form })?;
-    if let (Some((all, error)), Some(before)) = (record, before) {
-        all.push(before.split(surface, &changes, error));
-    }
-    Ok(())
 }

@@ -117,7 +117,7 @@ fn placeholder(surface: &Surface, (header, part): (&SurfaceHeader, &PartHeader))
 }
 
 /// An attribute that is made of positions and rows.
-fn made(
+pub(super) fn made(
     surface: &Surface,
     wedges: &[u32],
     own: &AttributeHeader,

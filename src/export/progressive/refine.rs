@@ -7,12 +7,13 @@ use seamwise_attr::{
     Camera, Goal, Mesh, PointId, ProgressiveMesh, SelectiveMesh, TriangleId, WedgeId,
 };
 
-use super::decode::{Fineness, read_recorded};
+use super::decode::{Fineness, read_observed};
 use super::document::with_parts;
 use super::extract::{Container, told};
 use super::format::EXTENSION;
 use super::header::Header;
 use super::parts::parts;
+use super::recorded::Recorder;
 use super::surface::Surface;
 use crate::document::asset::Asset;
 use crate::document::nodes::mesh_worlds;
@@ -65,11 +66,12 @@ impl RefinedScene {
         let Container { header, asset, blocks } = Container::read(bytes)?;
         let most = usize::try_from(options.memory_limit.bytes()).unwrap_or(usize::MAX) / 8;
         let at = || format!("/extensions/{EXTENSION}");
-        let (read, splits) = read_recorded(&header, blocks, Fineness::Source, most)
+        let mut recorder = Recorder::new(header.surfaces.len());
+        let read = read_observed(&header, blocks, Fineness::Source, most, &mut recorder)
             .map_err(|damage| Error::invalid(at(), told(damage)))?;
         let plain = read_bytes_with(&container(asset)?, Path::new(""), options)?;
         let mut meshes = Vec::new();
-        for (surface, splits) in read.surfaces.iter().zip(&splits) {
+        for (surface, splits) in read.surfaces.iter().zip(&recorder.splits) {
             let mesh = ProgressiveMesh::from_splits(mesh_of(surface), splits)
                 .map_err(|error| Error::invalid(at(), error.to_string()))?;
             meshes.push(SelectiveMesh::new(mesh));

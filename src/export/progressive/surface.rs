@@ -333,28 +333,60 @@ impl Surface {
         Ok(())
     }
 
+    /// The share of the way to the coarser of two levels by which the surface is moved as it is shown.
+    pub(super) fn share(&self) -> f32 {
+        let Way { span, done, .. } = self.way;
+        if done == 0 || done >= span { 0.0 } else { (span - done) as f32 / span as f32 }
+    }
+
+    /// What a point moves by on the whole way, if it goes on there.
+    fn point_move(&self, point: usize) -> Option<Vec3> {
+        self.way.point_ends.get(point)?.map(|end| self.way.moves[end as usize])
+    }
+
+    /// What the row of a wedge changes by on the whole way, if it goes on there.
+    fn row_move(&self, wedge: usize) -> Option<&[f32]> {
+        let (end, width) = ((*self.way.wedge_ends.get(wedge)?)?, self.layout.len());
+        Some(&self.way.row_moves[end as usize * width..][..width])
+    }
+
+    /// The position and the row of a wedge at the coarser end of the way.
+    pub(super) fn end(&self, wedge: u32) -> (Vec3, Vec<f32>) {
+        let point = self.wedge_points[wedge as usize] as usize;
+        let position = self.positions[point] + self.point_move(point).unwrap_or_default();
+        let mut row = self.row(wedge).to_vec();
+        let moves = self.row_move(wedge as usize).unwrap_or_default();
+        row.iter_mut().zip(moves).for_each(|(x, by)| *x += by);
+        (position, row)
+    }
+
     /// The surface as it is shown: between two levels it is moved towards the coarser one by the share of
     /// the way to there.
     pub(super) fn shown(&self) -> Self {
-        let (mut shown, way) = (self.clone(), &self.way);
-        if way.done == 0 || way.done >= way.span {
+        let (mut shown, share) = (self.clone(), self.share());
+        if share == 0.0 {
             return shown;
         }
-        let share = (way.span - way.done) as f32 / way.span as f32;
-        for (position, end) in shown.positions.iter_mut().zip(&way.point_ends) {
-            if let Some(end) = end {
-                *position += share * way.moves[*end as usize];
-            }
+        for (point, position) in shown.positions.iter_mut().enumerate() {
+            *position += share * self.point_move(point).unwrap_or_default();
         }
         let layout = self.layout;
-        for (wedge, end) in way.wedge_ends.iter().enumerate() {
-            let Some(end) = end else { continue };
+        for wedge in 0..self.wedge_points.len() {
+            let Some(moves) = self.row_move(wedge) else { continue };
             let row = &mut shown.rows[wedge * layout.len()..][..layout.len()];
-            let moves = &way.row_moves[*end as usize * layout.len()..][..layout.len()];
             row.iter_mut().zip(moves).for_each(|(x, by)| *x += share * by);
             to_unit(layout, row);
         }
         shown
+    }
+
+    /// A wedge of the same point and group that came before.
+    pub(super) fn elder(&self, wedge: u32) -> Option<u32> {
+        let [point, group] =
+            [&self.wedge_points, &self.wedge_groups].map(|all| all[wedge as usize]);
+        let at_point = self.corners[point as usize].iter().map(|&corner| self.corner(corner));
+        let elders = at_point.filter(|&own| own < wedge);
+        elders.filter(|&own| self.wedge_groups[own as usize] == group).min()
     }
 }
 

@@ -13,7 +13,7 @@ function complain(text) {
 
 function findElements() {
   const names = ['models', 'layouts', 'flip', 'stage', 'canvas', 'labels', 'divider', 'loading', 'shading', 'wireframe',
-    'distance', 'ticks', 'auto', 'enlarge', 'reset', 'full', 'status', 'legend', 'ramp', 'least', 'middle', 'most', 'notes'];
+    'distance', 'ticks', 'continuous', 'triangles', 'counts', 'geomorph', 'auto', 'enlarge', 'reset', 'full', 'status', 'legend', 'ramp', 'least', 'middle', 'most', 'notes'];
   const elements = Object.fromEntries(names.map((name) => [name, byId(name)]));
   return { ...elements, viewer: document.getElementById('viewer'), legendTitle: byId('legend-title') };
 }

@@ -22,6 +22,8 @@ use serde_json::{Value, json};
 
 use super::frame::Frame;
 use crate::error::{Error, Result};
+use crate::export::progressive::extract::Fineness;
+use crate::export::progressive::timeline::Timeline;
 use crate::limit::MemoryLimit;
 use distances::{SourceDistances, source_distances};
 pub use exhibit::Exhibit;
@@ -29,10 +31,11 @@ use images::ImagePool;
 use model::plain_glb;
 
 /// The script, file by file: each uses what stands before it.
-const SCRIPTS: [&str; 16] = [
+const SCRIPTS: [&str; 18] = [
     include_str!("bytes.js"),
     include_str!("accessors.js"),
     include_str!("matrix.js"),
+    include_str!("timeline.js"),
     include_str!("scene.js"),
     include_str!("surface.js"),
     include_str!("charts.js"),
@@ -42,6 +45,7 @@ const SCRIPTS: [&str; 16] = [
     include_str!("renderer.js"),
     include_str!("camera.js"),
     include_str!("models.js"),
+    include_str!("progress.js"),
     include_str!("stage.js"),
     include_str!("controls.js"),
     include_str!("panel.js"),
@@ -118,6 +122,9 @@ struct ViewPage {
 }
 
 impl Viewer {
+    /// How far a progressive file is shown: about 260 bytes a triangle are in the page.
+    pub const MOST_CONTINUOUS: Fineness = Fineness::Triangles(150_000);
+
     /// Puts models into a view: the source first, then its levels, the finest first.
     ///
     /// # Errors
@@ -130,13 +137,18 @@ impl Viewer {
         let glbs = encode_all(exhibits, distances.as_ref())?;
         let shown = kept(&glbs);
         for (index, (exhibit, glb)) in exhibits.iter().zip(&glbs).enumerate() {
-            let name = if index == 0 { "Source".to_owned() } else { format!("Level {index}") };
+            let name = match (index, exhibit.timeline) {
+                (0, _) => "Source".to_owned(),
+                (_, Some(_)) => "Continuous".to_owned(),
+                _ => format!("Level {index}"),
+            };
             if !shown[index] {
                 notes.push(left_out(&name, exhibit.file, glb.len()));
                 continue;
             }
+            notes.extend(exhibit.timeline.and_then(|own| cut_short(exhibit.file, own)));
             let id = format!("model-{index}");
-            let is_measured = index > 0 && shown[0];
+            let is_measured = index > 0 && shown[0] && exhibit.timeline.is_none();
             let distances = distances.as_ref().filter(|_| is_measured);
             models.push(json!({
                 "id": &id, "name": name, "file": exhibit.file, "is_level": index > 0,
@@ -191,7 +203,7 @@ fn encode_all(
     distances: Option<&SourceDistances>,
 ) -> Result<Vec<Vec<u8>>> {
     let encode = |(index, exhibit): (usize, &Exhibit<'_>)| {
-        plain_glb(exhibit.asset, distances.filter(|_| index == 0))
+        plain_glb(exhibit.asset, distances.filter(|_| index == 0), exhibit.timeline)
     };
     exhibits.iter().enumerate().map(encode).collect()
 }
@@ -207,6 +219,13 @@ fn kept(glbs: &[Vec<u8>]) -> Vec<bool> {
         (room, kept[index]) = (left, true);
     }
     kept
+}
+
+/// That a progressive file is not shown up to its source, if it is not.
+fn cut_short(file: &str, timeline: &Timeline) -> Option<String> {
+    let [shown, all] = [timeline.finest(), timeline.source];
+    let reason = timeline.missed.unwrap_or("a page holds no more of them");
+    (shown < all).then(|| format!("{file} is shown up to {shown} of {all} triangles: {reason}."))
 }
 
 fn left_out(name: &str, file: &str, bytes: usize) -> String {

@@ -12,6 +12,7 @@ use crate::document::edit::Packer;
 use crate::document::primitive::Primitive;
 use crate::error::Result;
 use crate::export::glb::to_glb;
+use crate::export::progressive::timeline::{PartTimeline, Timeline};
 
 /// The parts of a document that say what is seen.
 const LISTS: [&str; 7] =
@@ -21,6 +22,8 @@ const ATTRIBUTES: [&str; 6] =
     ["POSITION", "NORMAL", "TANGENT", "TEXCOORD_0", "TEXCOORD_1", "COLOR_0"];
 /// Attributes that place the instances of a mesh.
 const INSTANCES: &str = "/extensions/EXT_mesh_gpu_instancing/attributes";
+/// Where a primitive, and the document, tell what they are over time; known to the view alone.
+const TIMELINE: &str = "SEAMWISE_timeline";
 
 /// Copies accessors of an asset into another document, each once.
 struct Copier<'a> {
@@ -30,11 +33,16 @@ struct Copier<'a> {
 }
 
 /// An asset as a .glb without its images, which lie elsewhere in the page in their order, without
-/// skins, motion and whatever else is not seen. `distances` become attributes of the source.
+/// skins, motion and whatever else is not seen. `distances` become attributes of the source; a `timeline`
+/// is told beside the coarsest level.
 ///
 /// # Errors
 /// [`Error::Invalid`](crate::error::Error::Invalid) if an accessor is malformed.
-pub(super) fn plain_glb(asset: &Asset, distances: Option<&SourceDistances>) -> Result<Vec<u8>> {
+pub(super) fn plain_glb(
+    asset: &Asset,
+    distances: Option<&SourceDistances>,
+    timeline: Option<&Timeline>,
+) -> Result<Vec<u8>> {
     let mut json = json!({"asset": {"version": "2.0"}});
     for list in LISTS {
         if let Some(own) = asset.json.get(list) {
@@ -52,7 +60,15 @@ pub(super) fn plain_glb(asset: &Asset, distances: Option<&SourceDistances>) -> R
     for mesh in 0..asset.count("meshes") {
         for primitive in Primitive::of_mesh(asset, mesh)? {
             copier.copy_primitive(&primitive, distances)?;
+            let part = timeline.and_then(|own| own.part([primitive.mesh, primitive.index]));
+            if let Some(part) = part {
+                copier.add_timeline(part, &primitive.at);
+            }
         }
+    }
+    if let Some(timeline) = timeline {
+        let triangles = copier.numbers(&timeline.triangles);
+        copier.to.json()["extensions"][TIMELINE] = json!({"triangles": triangles});
     }
     for node in 0..asset.count("nodes") {
         copier.copy_instances(&format!("/nodes/{node}{INSTANCES}"))?;
@@ -97,6 +113,42 @@ impl Copier<'_> {
             *own = Value::Object(plain);
         }
         Ok(())
+    }
+
+    /// Tells what a primitive is over time.
+    fn add_timeline(&mut self, part: &PartTimeline, at: &str) {
+        let mut told = Map::new();
+        for (name, elements) in [
+            ("births", &part.births),
+            ("cornerStarts", &part.corners.starts),
+            ("cornerTimes", &part.corners.times),
+            ("cornerWedges", &part.wedges),
+            ("valueStarts", &part.values.starts),
+            ("valueTimes", &part.values.times),
+            ("parents", &part.parents),
+            ("places", &part.places),
+            ("shareTimes", &part.share_times),
+            ("shares", &part.shares),
+        ] {
+            told.insert(name.into(), json!(self.to.add_vertices(elements, false)));
+        }
+        for (name, all) in [("values", &part.attributes), ("ends", &part.ends)] {
+            let seen = all.iter().filter(|own| ATTRIBUTES.contains(&own.0.as_str()));
+            let added = seen.map(|(name, elements)| {
+                (name.clone(), json!(self.to.add_vertices(elements, false)))
+            });
+            told.insert(name.into(), Value::Object(added.collect()));
+        }
+        if let Some(own) = self.to.json().pointer_mut(at) {
+            own["extensions"] = json!({TIMELINE: told});
+        }
+    }
+
+    fn numbers(&mut self, numbers: &[u32]) -> usize {
+        let bytes = numbers.iter().flat_map(|own| own.to_le_bytes()).collect();
+        let component = ComponentType::U32;
+        self.to
+            .add_vertices(&Elements { bytes, component, components: 1, normalized: false }, false)
     }
 
     fn copy_instances(&mut self, at: &str) -> Result<()> {

@@ -8,6 +8,8 @@ function readModels(config) {
   return config.models.flatMap((named) => {
     const file = { ...parseGlb(embeddedBytes(named.id)), images: named.images, name: named.file };
     const said = file.json.asset?.extras?.seamwise;
+    const counts = file.json.extensions?.[TIMELINE]?.triangles;
+    const progress = counts === undefined ? null : new Progress(readAccessor(file, counts).values);
     const levels = config.models.length === 1 ? levelsBeside(file.json) : 0;
     return Array.from({ length: levels + 1 }, (_, level) => {
       const isLevel = named.is_level || level > 0;
@@ -16,7 +18,9 @@ function readModels(config) {
         name: level > 0 ? `Level ${level}` : named.name,
         file,
         level,
-        largest: isLevel ? sizeOf(certificate) : Infinity,
+        progress,
+        // Each level of a progressive file has a size of its own, which it does not tell.
+        largest: isLevel ? (progress ? null : sizeOf(certificate)) : Infinity,
         distances: named.distances,
       };
     });
@@ -44,11 +48,15 @@ function originOf(file) {
 
 /** Flattens a model and gives it to the graphics side. */
 async function loadModel(model, renderer, origin) {
-  const scene = flattenScene(model.file, model.level, origin);
+  // All materials are there at the last moment.
+  const time = (model.progress?.triangles.length ?? 1) - 1;
+  const moment = { time, coarse: time, share: 0 };
+  const scene = flattenScene(model.file, model.level, origin, moment);
   if (scene.triangles === 0) throw new Error('it has no triangles to be seen');
-  Object.assign(model, { triangles: scene.triangles, bounds: boundsOf(scene.batches) });
+  Object.assign(model, { origin, moment, triangles: scene.triangles, bounds: boundsOf(scene.batches) });
   const { json, images } = model.file;
   model.batches = await renderer.upload(scene, json, (image) => images[image]);
+  model.materials = new Map(model.batches.map(({ material }) => [material.index, material]));
   return model;
 }
 

@@ -11,6 +11,13 @@ const CLOSE = 0.06;
 const grouped = (number) => number.toLocaleString('en-US');
 const percent = (share) => `${Number((100 * share).toPrecision(3))} %`;
 
+/** A mark under a slider, whose handle stays within it by half of its own width. */
+function tick(share, text) {
+  const mark = Object.assign(document.createElement('span'), { textContent: text });
+  mark.style.left = `calc(${100 * share}% + ${8 - 16 * share}px)`;
+  return mark;
+}
+
 class Panel {
   constructor(stage) {
     this.stage = stage;
@@ -37,6 +44,13 @@ class Panel {
     option('difference').textContent = `Difference to ${this.reference}`;
     option('difference').disabled = models.length < 2;
     option('distance').disabled = !models.some((model) => model.distances);
+    this.elements.continuous.hidden = !this.continuous();
+  }
+
+  /** The model that the slider of triangles is for: the chosen one, or the first of a progressive file. */
+  continuous() {
+    const { models, state: { shown } } = this.stage;
+    return models[shown]?.progress ? models[shown] : models.find((model) => model.progress);
   }
 
   /** A single model needs nothing that compares. */
@@ -61,6 +75,8 @@ class Panel {
     on(elements.full, 'click', () => this.goFull());
     on(elements.layouts, 'change', (event) => this.arrange(event.target.value));
     on(elements.distance, 'input', () => this.goAway(Number(elements.distance.value)));
+    on(elements.triangles, 'input', () => this.refine(Number(elements.triangles.value)));
+    on(elements.geomorph, 'change', () => this.morph(elements.geomorph.checked));
     listenToPointers(stage);
     listenToDivider(stage);
     listenToKeys(stage, { select: (at) => this.select(at), key: (key) => this.key(key) });
@@ -98,6 +114,7 @@ class Panel {
   key(key) {
     const { elements } = this;
     const press = { w: elements.wireframe, l: elements.auto, e: elements.enlarge, f: elements.flip, r: elements.reset };
+    if (this.continuous()) press.g = elements.geomorph;
     if (press[key]) press[key].click();
     else if (key === 's') this.nextShading();
     else return false;
@@ -121,6 +138,19 @@ class Panel {
     this.stage.change({ auto: this.elements.auto.checked });
   }
 
+  /** Shows as many triangles of a progressive file as a place of its slider stands for. */
+  refine(place) {
+    const model = this.continuous();
+    model.progress.count = model.progress.countAt(place);
+    this.select(this.stage.models.indexOf(model));
+  }
+
+  /** Whether triangles of progressive files come and go by a geomorph. */
+  morph(isMorphing) {
+    this.stage.models.forEach(({ progress }) => { if (progress) progress.isMorphing = isMorphing; });
+    this.select(this.stage.models.indexOf(this.continuous()));
+  }
+
   /** Brings all around the canvas to what it shows. */
   tell({ panes, size, pixels, side }) {
     this.side = side;
@@ -136,8 +166,18 @@ class Panel {
     elements.distance.value = Math.max(0, Math.min(1, place(pixels)));
     elements.distance.setAttribute('aria-valuetext', `${Math.round(pixels)} pixels across`);
     this.mark(models, place);
+    this.tellProgress();
     elements.status.textContent = this.words(models[state.shown], pixels);
     this.explain();
+  }
+
+  tellProgress() {
+    const { elements } = this;
+    const { progress } = this.continuous() ?? {};
+    if (!progress) return;
+    elements.triangles.value = progress.placeOf(progress.count);
+    elements.triangles.setAttribute('aria-valuetext', `${grouped(progress.count)} triangles`);
+    elements.counts.replaceChildren(...[0, 0.25, 0.5, 0.75, 1].map((share) => tick(share, grouped(progress.countAt(share)))));
   }
 
   label(panes, { width, height }) {
@@ -166,22 +206,24 @@ class Panel {
       if (last && share - last.share < CLOSE) last.text = `${last.text}, ${at}`;
       else marks.push({ share, text: `L${at}` });
     });
-    // The handle of a slider stays within it by half of its own width.
-    this.elements.ticks.replaceChildren(...marks.map(({ share, text }) => {
-      const tick = Object.assign(document.createElement('span'), { textContent: text });
-      tick.style.left = `calc(${100 * share}% + ${8 - 16 * share}px)`;
-      return tick;
-    }));
+    this.elements.ticks.replaceChildren(...marks.map(({ share, text }) => tick(share, text)));
   }
 
   words(model, pixels) {
     const parts = [`${model.name}: ${grouped(model.triangles)} triangles`];
     if (this.stage.state.shading === 'charts') parts.push(`${grouped(model.charts?.length ?? 0)} charts`);
-    if (Number.isFinite(model.largest) && model.largest !== null) {
+    if (model.progress) parts.push(this.progressWords(model));
+    else if (Number.isFinite(model.largest) && model.largest !== null) {
       parts.push(`may be shown up to ${grouped(Math.floor(model.largest))} pixels across`);
     } else if (model.largest === null) parts.push('without a certificate of the size it may be shown at');
     parts.push(`its diagonal spans ${grouped(Math.round(pixels))} pixels here`);
     return `${parts.join('; ')}.`;
+  }
+
+  progressWords({ progress, moment: { share } }) {
+    const [from, to] = progress.stops().map((count) => grouped(progress.triangles[progress.timeOf(count)]));
+    if (progress.isMorphing) return `${percent(share)} of the way from ${to} to ${from}`;
+    return `of ${grouped(progress.coarsest)} to ${grouped(progress.finest)}`;
   }
 
   /** The legend of colors that stand for numbers. */

@@ -14,6 +14,12 @@ const ATTRIBUTES = [
 ];
 const VALUE = ATTRIBUTES.length;
 
+/** Batches in the order that they are drawn in: the opaque ones first. */
+function glassLast(batches) {
+  const isGlass = ({ material }) => material.alphaMode === 'BLEND';
+  return batches.sort((a, b) => isGlass(a) - isGlass(b));
+}
+
 class Renderer {
   constructor(canvas, images, complain) {
     const gl = canvas.getContext('webgl2', { alpha: false, antialias: false, depth: false });
@@ -27,26 +33,35 @@ class Renderer {
     this.background = [0.5, 0.5, 0.5];
   }
 
-  /** Puts a model's batches on the graphics side, the opaque ones first. */
+  /** Puts a model's batches on the graphics side. */
   async upload(scene, json, imageOf) {
     const batches = scene.batches.map(async (batch) => {
       const material = await this.textures.dress(readMaterial(json, batch.material), imageOf);
-      return { ...batch, material, vertices: this.vertices(batch.corners), values: new Map() };
+      return this.equip(batch, material);
     });
-    const isGlass = ({ material }) => material.alphaMode === 'BLEND';
-    return (await Promise.all(batches)).sort((a, b) => isGlass(a) - isGlass(b));
+    return glassLast(await Promise.all(batches));
   }
 
-  vertices(corners) {
+  /** Gives a model other corners, in the materials that it has. */
+  refill(model, scene) {
     const { gl } = this;
-    const array = gl.createVertexArray();
-    gl.bindVertexArray(array);
-    ATTRIBUTES.forEach(({ key, size }, place) => {
-      if (!corners[key]) return;
-      this.fill(place, size, corners[key]);
+    for (const { vertices, buffers, values } of model.batches) {
+      gl.deleteVertexArray(vertices);
+      [...buffers, ...values.values()].forEach((buffer) => gl.deleteBuffer(buffer));
+    }
+    model.batches = glassLast(scene.batches.map((batch) => this.equip(batch, model.materials.get(batch.material))));
+  }
+
+  equip(batch, material) {
+    const { gl } = this;
+    const vertices = gl.createVertexArray();
+    gl.bindVertexArray(vertices);
+    const buffers = ATTRIBUTES.flatMap(({ key, size }, place) => {
+      const values = batch.corners[key];
+      return values ? [this.fill(place, size, values)] : [];
     });
     gl.bindVertexArray(null);
-    return array;
+    return { ...batch, material, vertices, buffers, values: new Map() };
   }
 
   fill(place, size, values) {

@@ -13,14 +13,17 @@ const CORNER = {
   color: { name: 'COLOR_0', size: 4 },
 };
 
-/** The scene of a level of a file: 0, or a number above it in a file that holds several (`MSFT_lod`). */
-function flattenScene(file, level, origin) {
+/**
+ * The scene of a level of a file: 0, or a number above it in a file that holds several (`MSFT_lod`); at a
+ * moment, if it is a progressive one.
+ */
+function flattenScene(file, level, origin, moment) {
   const parts = new Map();
   for (const { node, world } of worldNodes(file.json, level)) {
     const placed = file.json.nodes[node];
     const own = placed.skin === undefined ? world : IDENTITY;
     for (const primitive of file.json.meshes[placed.mesh].primitives) {
-      const soup = readPrimitive(file, primitive);
+      const soup = readPrimitive(file, primitive, moment);
       if (!soup) continue;
       const key = primitive.material ?? -1;
       if (!parts.has(key)) parts.set(key, []);
@@ -83,11 +86,23 @@ function instances(file, node) {
     row(moves, index, [0, 0, 0]), row(turns, index, [0, 0, 0, 1]), row(scales, index, [1, 1, 1])));
 }
 
-/** A primitive in its own space, corner by corner; nothing for points and lines. */
-function readPrimitive(file, primitive) {
-  const attributes = primitive.attributes ?? {};
-  const mode = primitive.mode ?? 4;
-  if (mode < 4 || attributes.POSITION === undefined) return null;
+/** A primitive in its own space, corner by corner; nothing for points and lines, and where nothing is there yet. */
+function readPrimitive(file, primitive, moment) {
+  if ((primitive.mode ?? 4) < 4 || primitive.attributes?.POSITION === undefined) return null;
+  const timeline = timelineOf(file, primitive);
+  const { corners, order, vertices } = timeline ? timeline.corners(moment) : plainCorners(file, primitive);
+  if (order.length === 0) return null;
+  corners.normal ??= flatNormals(corners.position);
+  if (corners.uv && !corners.tangent && hasNormalMap(file.json, primitive)) {
+    const set = file.json.materials[primitive.material].normalTexture.texCoord === 1 ? 'uv1' : 'uv';
+    if (corners[set]) corners.tangent = makeTangents(corners, corners[set], order, vertices);
+  }
+  return corners;
+}
+
+/** The corners of a primitive by its indices, these, and how many vertices they name. */
+function plainCorners(file, primitive) {
+  const { attributes } = primitive;
   const vertices = readAccessor(file, attributes.POSITION).values.length / 3;
   const order = triangleOrder(file, primitive, vertices);
   const corners = {};
@@ -97,12 +112,7 @@ function readPrimitive(file, primitive) {
   Object.keys(attributes).filter((name) => name.startsWith('_DISTANCE_')).forEach((name) => {
     corners[name] = pick(readAccessor(file, attributes[name]), order, 4);
   });
-  corners.normal ??= flatNormals(corners.position);
-  if (corners.uv && !corners.tangent && hasNormalMap(file.json, primitive)) {
-    const set = file.json.materials[primitive.material].normalTexture.texCoord === 1 ? 'uv1' : 'uv';
-    if (corners[set]) corners.tangent = makeTangents(corners, corners[set], order, vertices);
-  }
-  return corners;
+  return { corners, order, vertices };
 }
 
 const hasNormalMap = (json, primitive) => Boolean(json.materials?.[primitive.material]?.normalTexture);

@@ -36,6 +36,7 @@ class Stage {
   }
 
   draw() {
+    this.models.filter((model) => model.progress && model.batches).forEach((model) => updateModel(model, this.renderer));
     const size = this.measure();
     const panes = this.panes(size);
     const [{ rect: [, , width, height] }] = panes;
