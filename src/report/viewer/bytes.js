@@ -13,6 +13,12 @@ function embeddedBytes(id) {
   return bytes;
 }
 
+/** What was packed as gzip. */
+async function unpack(bytes) {
+  const packed = new Blob([bytes]).stream();
+  return new Uint8Array(await new Response(packed.pipeThrough(new DecompressionStream('gzip'))).arrayBuffer());
+}
+
 function decodeBase64(text) {
   if (Uint8Array.fromBase64) return Uint8Array.fromBase64(text);
   const binary = atob(text);

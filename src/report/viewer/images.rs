@@ -16,7 +16,7 @@ use crate::image_file::metadata::Metadata;
 use crate::limit::MemoryLimit;
 
 /// Most bytes of all images of a page.
-const MOST_BYTES: usize = 4 << 20;
+const MOST_BYTES: usize = 6 << 20;
 /// The sizes that images are held to, one after the other, until all fit.
 const SIDES: [u32; 4] = [2048, 1024, 512, 256];
 /// Quality of JPEGs: of a texture of a scan, 0.004 of 1 RMS off, below what the levels are off by.

@@ -71,7 +71,7 @@ async function start() {
   config.notes.forEach((text) => elements.notes.append(Object.assign(document.createElement('li'), { textContent: text })));
   watchContext(elements.canvas);
   const stage = new Stage(elements, new Renderer(elements.canvas, config.images, complain));
-  stage.models = readModels(config);
+  stage.models = await readModels(config);
   const panel = new Panel(stage);
   panel.offer(stage.models);
   if (stage.models.length === 1) panel.beAlone();

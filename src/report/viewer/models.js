@@ -4,26 +4,32 @@
 const FAR = 16;
 
 /** One entry per model: those the page names, or for one file of several levels each of them. */
-function readModels(config) {
-  return config.models.flatMap((named) => {
-    const file = { ...parseGlb(embeddedBytes(named.id)), images: named.images, name: named.file };
-    const said = file.json.asset?.extras?.seamwise;
-    const counts = file.json.extensions?.[TIMELINE]?.triangles;
-    const progress = counts === undefined ? null : new Progress(readAccessor(file, counts).values);
-    const levels = config.models.length === 1 ? levelsBeside(file.json) : 0;
-    return Array.from({ length: levels + 1 }, (_, level) => {
-      const isLevel = named.is_level || level > 0;
-      const certificate = named.certificate ?? (level > 0 ? said?.levels?.[level - 1] : said);
-      return {
-        name: level > 0 ? `Level ${level}` : named.name,
-        file,
-        level,
-        progress,
-        // Each level of a progressive file has a size of its own, which it does not tell.
-        largest: isLevel ? (progress ? null : sizeOf(certificate)) : Infinity,
-        distances: named.distances,
-      };
-    });
+async function readModels(config) {
+  const models = [];
+  for (const named of config.models) {
+    const glb = parseGlb(await unpack(embeddedBytes(named.id)));
+    models.push(...modelsOf(named, { ...glb, images: named.images, name: named.file }, config.models.length === 1));
+  }
+  return models;
+}
+
+function modelsOf(named, file, isAlone) {
+  const said = file.json.asset?.extras?.seamwise;
+  const counts = file.json.extensions?.[TIMELINE]?.triangles;
+  const progress = counts === undefined ? null : new Progress(readAccessor(file, counts).values);
+  const levels = isAlone ? levelsBeside(file.json) : 0;
+  return Array.from({ length: levels + 1 }, (_, level) => {
+    const isLevel = named.is_level || level > 0;
+    const certificate = named.certificate ?? (level > 0 ? said?.levels?.[level - 1] : said);
+    return {
+      name: level > 0 ? `Level ${level}` : named.name,
+      file,
+      level,
+      progress,
+      // Each level of a progressive file has a size of its own, which it does not tell.
+      largest: isLevel ? (progress ? null : sizeOf(certificate)) : Infinity,
+      distances: named.distances,
+    };
   });
 }
 
