@@ -20,6 +20,7 @@ mod words;
 use std::path::{Path, PathBuf};
 
 use crate::document::asset::Asset;
+use crate::document::material::name_default_material;
 use crate::error::Result;
 use crate::evaluate::load::TextureCache;
 use crate::export::bundle::Chain;
@@ -181,7 +182,11 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
     options.output.check()?;
     check_encoders(options)?;
     let mut clock = Clock { seconds: Seconds::default(), progress };
-    let asset = clock.time("read", |s| &mut s.read, || input.read(options.reading))?;
+    let mut asset = clock.time("read", |s| &mut s.read, || input.read(options.reading))?;
+    if matches!(options.textures, Textures::Transfer(own) if own.unwraps) {
+        // A level may gain a normal map, and that is the material's.
+        name_default_material(&mut asset);
+    }
     let sources =
         clock.time("weld", |s| &mut s.weld, || weld_all(&asset, options.reading.memory_limit))?;
     let plan = plan_textures(&asset, &sources, options)?;

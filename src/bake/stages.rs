@@ -29,7 +29,9 @@ use crate::report::pictures::Gallery;
 use crate::report::preview::preview_table;
 use crate::surface::geometry::Geometry;
 use crate::surface::group::weld_without_uvs;
-use crate::transfer::{MaterialTextures, Origin, Plan, Transfer, TransferOptions, transfer_all};
+use crate::transfer::{
+    BakeNormals, MaterialTextures, Origin, Plan, Transfer, TransferOptions, transfer_all,
+};
 use crate::warning::Warnings;
 
 /// Adds up the wall time of each stage, and ends a bake between two if its time is over.
@@ -88,6 +90,12 @@ pub(super) fn warn_of_charts(
 ) {
     let (Some(plan), Textures::Transfer(own)) = (plan, &options.textures) else { return };
     if !own.unwraps {
+        let bare = surfaces.iter().filter(|own| own.welded.mesh.layout.uv_sets == 0);
+        for surface in bare.filter(|_| own.bake_normals == BakeNormals::On) {
+            let what = "it has no UVs, so that its levels have none for a normal map: `--textures transfer --atlas \
+                        free` gives them some";
+            warnings.add(format!("/meshes/{}", surface.meshes[0]), what);
+        }
         return;
     }
     for (surface, _) in surfaces.iter().zip(&plan.is_free).filter(|(_, is_free)| !**is_free) {

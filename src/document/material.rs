@@ -7,6 +7,7 @@ use serde_json::Value;
 use seamwise_texture::{Role, Wrap};
 
 use super::asset::Asset;
+use super::edit::put;
 use super::extensions::{drop_unused_extension, remove_extension, require_extension};
 use super::primitive::Primitive;
 use crate::error::{Error, Result};
@@ -252,6 +253,22 @@ pub(crate) fn materials_of(asset: &Asset, primitive: &Primitive) -> Result<Vec<u
     let material = |mapping| asset.reference(&format!("{at}/{mapping}"), "material", "materials");
     let variants = (0..mappings).filter_map(|mapping| material(mapping).transpose());
     primitive.material.map(Ok).into_iter().chain(variants).collect()
+}
+
+/// Gives the triangles that have no material one of their own: that of glTF, which they are shown with anyway.
+pub(crate) fn name_default_material(asset: &mut Asset) {
+    let mut new = None;
+    let count = asset.count("materials");
+    let meshes = asset.json.get_mut("meshes").and_then(Value::as_array_mut);
+    let all = meshes.into_iter().flatten().filter_map(|mesh| mesh.get_mut("primitives"));
+    for primitive in all.filter_map(Value::as_array_mut).flatten() {
+        if let Some(own) = primitive.as_object_mut().filter(|own| !own.contains_key("material")) {
+            own.insert("material".into(), serde_json::json!(*new.get_or_insert(count)));
+        }
+    }
+    if new.is_some() {
+        put(&mut asset.json, "materials", None, serde_json::json!({}));
+    }
 }
 
 /// The role of an image that is used in two: a color says most about what its texels mean.

@@ -139,13 +139,15 @@ fn redirect(texture: &mut Value, new: &[Option<usize>]) -> bool {
 /// Adds normal maps; `materials` tells where those of the source stand.
 fn add_normals(packer: &mut Packer, textures: &LevelTextures, materials: &[usize]) -> Result<()> {
     for normals in &textures.normals {
-        let invalid = || Error::invalid(&normals.like, "there is no such texture");
-        let mut info = packer.json().pointer(&normals.like).cloned().ok_or_else(invalid)?;
-        let like = info["index"].as_u64().ok_or_else(invalid)? as usize;
         let image = packer.add_image(normals.image.clone());
-        let mut texture = json!({"source": image});
-        if let Some(sampler) = packer.json()["textures"][like].get("sampler") {
-            texture["sampler"] = sampler.clone();
+        let (mut texture, mut info) = (json!({"source": image}), json!({}));
+        if let Some(at) = &normals.like {
+            let invalid = || Error::invalid(at, "there is no such texture");
+            info = packer.json().pointer(at).cloned().ok_or_else(invalid)?;
+            let like = info["index"].as_u64().ok_or_else(invalid)? as usize;
+            if let Some(sampler) = packer.json()["textures"][like].get("sampler") {
+                texture["sampler"] = sampler.clone();
+            }
         }
         info["index"] = json!(put(packer.json(), "textures", None, texture));
         if normals.materials.iter().all(|material| textures.repacked.contains(material)) {

@@ -83,6 +83,6 @@ pub struct NormalMap {
     pub image: EncodedImage,
     /// The materials.
     pub materials: Vec<usize>,
-    /// JSON pointer of the texture info that it is read like.
-    pub like: String,
+    /// JSON pointer of the texture info that it is read like; none if the source has no UVs.
+    pub like: Option<String>,
 }

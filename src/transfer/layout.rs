@@ -102,14 +102,20 @@ pub enum SharedReason {
     Ids,
 }
 
-/// A normal map for materials that have none, in the layout of another of their images.
+/// A normal map for materials that have none, in the layout of another of their images if they have one.
 #[derive(Clone, Debug)]
 pub(crate) struct NewNormals {
     pub(crate) charts: Vec<ChartGroup>,
     pub(crate) materials: Vec<usize>,
-    /// JSON pointer of the texture info that it is read like.
-    pub(crate) like: String,
-    /// The image of that texture, whose layout and size it takes.
+    /// The texture that it is read like; none where the source has no UVs.
+    pub(crate) like: Option<TextureLike>,
+}
+
+/// A texture of the source whose layout and size another takes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct TextureLike {
+    /// JSON pointer of its texture info.
+    pub(crate) at: String,
     pub(crate) image: usize,
 }
 

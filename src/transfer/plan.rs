@@ -5,13 +5,15 @@ use std::collections::BTreeMap;
 
 use glam::Affine2;
 use rustc_hash::FxHashSet;
-use seamwise_texture::Role;
+use seamwise_texture::{Role, Wrap};
 
 use super::image_uses::{Used, used_together, uses};
 use super::join_primitives::Joins;
-use super::layout::{ChartGroup, ImageUse, MergeGroup, NewNormals, SharedReason, UvLayout};
+use super::layout::{
+    ChartGroup, ImageUse, MergeGroup, NewNormals, SharedReason, TextureLike, UvLayout,
+};
 use super::merge_materials::{Merging, NotMerged};
-use super::options::{Atlas, TransferOptions};
+use super::options::{Atlas, BakeNormals, TransferOptions};
 use crate::document::asset::Asset;
 use crate::document::material::{TextureSlot, material_slots, materials_of};
 use crate::error::Result;
@@ -67,6 +69,9 @@ impl Plan {
             Atlas::New | Atlas::Merged => Self::anew(&uses, surfaces),
         };
         plan.add_normals(asset, surfaces, &slots)?;
+        if unwraps && options.bake_normals != BakeNormals::Off {
+            plan.add_bare(asset, surfaces)?;
+        }
         plan.layouts.extend(merging.layouts);
         plan.not_merged = merging.not_merged;
         plan.joins = Joins::new(asset, surfaces, &plan.layouts);
@@ -184,7 +189,8 @@ impl Plan {
             }
             // What reads the image in another way reads its normal map so too.
             let is_alike = |own: &&mut NewNormals| {
-                own.image == slot.image && own.charts.iter().all(|charts| charts.reads_like(slot))
+                own.like.as_ref().is_some_and(|like| like.image == slot.image)
+                    && own.charts.iter().all(|charts| charts.reads_like(slot))
             };
             match self.normals.iter_mut().find(is_alike) {
                 _ if charts.is_empty() => {}
@@ -196,10 +202,36 @@ impl Plan {
                 None => self.normals.push(NewNormals {
                     charts,
                     materials: vec![material],
-                    like: slot.at.clone(),
-                    image: slot.image,
+                    like: Some(TextureLike { at: slot.at.clone(), image: slot.image }),
                 }),
             }
+        }
+        Ok(())
+    }
+
+    /// Plans a normal map for each lit material of surfaces without UVs, in charts that levels gain.
+    fn add_bare(&mut self, asset: &Asset, surfaces: &[Geometry]) -> Result<()> {
+        let mut bare: BTreeMap<usize, Vec<ChartGroup>> = BTreeMap::new();
+        for (surface, own) in surfaces.iter().enumerate() {
+            let layout = own.welded.mesh.layout;
+            if layout.uv_sets > 0 || !layout.normal {
+                continue;
+            }
+            for (group, part) in (0..).zip(&own.parts) {
+                let [material] = materials_of(asset, &part.primitive)?[..] else { continue };
+                let unlit = format!("/materials/{material}/extensions/KHR_materials_unlit");
+                if asset.json.pointer(&unlit).is_none() {
+                    let transform = Affine2::IDENTITY;
+                    let charts = ChartGroup { surface, group, uv_set: 0, transform };
+                    bare.entry(material).or_default().push(charts);
+                }
+            }
+        }
+        for (material, charts) in bare {
+            let materials = vec![material];
+            self.normals.push(NewNormals { charts: charts.clone(), materials, like: None });
+            let (wrap, images) = ([Wrap::default(); 2], Vec::new());
+            self.layouts.push(UvLayout { charts, wrap, images, is_new: true, merge_group: None });
         }
         Ok(())
     }

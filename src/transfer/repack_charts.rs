@@ -128,7 +128,7 @@ impl Gathered {
         let mut known: FxHashMap<(usize, WedgeId), u32> = FxHashMap::default();
         for (index, charts) in layout.charts.iter().enumerate() {
             let reading = layout.reading(index);
-            if reading.is_none() && layout.merge_group.is_none() {
+            if reading.is_none() && layout.merge_group.is_none() && !layout.images.is_empty() {
                 continue;
             }
             let mesh = &levels[charts.surface].mesh;

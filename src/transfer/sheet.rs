@@ -30,6 +30,8 @@ use crate::surface::geometry::Geometry;
 const LOST_SHAPE_DEGREES: f64 = 1.0;
 /// The most halvings of an image that is chosen among.
 const HALVINGS: u32 = 3;
+/// The side of what a source without images could have had: cut to what is seen like any other.
+const BARE_SIDE: usize = 4096;
 /// A smaller side is not made for a choice.
 const LEAST_SIDE: usize = 64;
 
@@ -104,9 +106,17 @@ pub(super) fn sheets<'a>(
             }
             sheets[at].images.push(own);
             if options.bake_normals != BakeNormals::Off {
-                let new = plan.normals.iter().filter(|normals| normals.image == own.image);
-                sheets[at].normals.extend(new);
+                let is_like = |normals: &&NewNormals| {
+                    normals.like.as_ref().is_some_and(|like| like.image == own.image)
+                };
+                sheets[at].normals.extend(plan.normals.iter().filter(is_like));
             }
+        }
+        let is_bare = |own: &&NewNormals| own.like.is_none() && own.charts == layout.charts;
+        if let Some(normals) = plan.normals.iter().find(is_bare) {
+            let (images, texels) = (Vec::new(), Vec::new());
+            let size = [BARE_SIDE; 2];
+            sheets.push(Sheet { layout, size, texels, images, normals: vec![normals] });
         }
     }
     Ok(sheets)
@@ -284,8 +294,8 @@ impl Sheet<'_> {
             Some(own) => made.images.push((own.image, image)),
             None => {
                 let normals = self.normals[output - self.images.len()];
-                let (materials, like) = (normals.materials.clone(), normals.like.clone());
-                made.normals.push(NormalMap { image, materials, like });
+                let like = normals.like.as_ref().map(|like| like.at.clone());
+                made.normals.push(NormalMap { image, materials: normals.materials.clone(), like });
             }
         }
     }
@@ -326,7 +336,9 @@ impl Sheet<'_> {
             pictures.iter().map(|own| own.iter().map(size).collect()).collect();
         let errors = errors(job, &pictures, PLACES);
         let old = self.images.iter().map(|own| (own.image, false));
-        let uses = old.chain(self.normals.iter().map(|own| (own.image, true)));
+        // A choice is among images in the source's layout alone, each of which is like another.
+        let gained = self.normals.iter().filter_map(|own| Some((own.like.as_ref()?.image, true)));
+        let uses = old.chain(gained);
         let of = |(at, ((image, gained), files)): (usize, ((usize, bool), Vec<EncodedImage>))| {
             let ImageErrors { shared, own, share } = &errors[at];
             let own = files.into_iter().zip(own).zip(&sizes[at]).map(|((file, &error), &size)| {

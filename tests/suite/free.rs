@@ -6,10 +6,11 @@ use crate::common::build::Build;
 use crate::common::output::Part;
 use crate::common::shapes::{sphere, torus};
 use crate::common::{Baked, measured, unmeasured};
+use glam::Vec3;
 use seamwise::bake::Input;
 use seamwise::bake::options::{BakeOptions, Targets, Textures};
 use seamwise::export::files::OutputOptions;
-use seamwise::transfer::{Atlas, Sizes, TransferOptions};
+use seamwise::transfer::{Atlas, BakeNormals, Sizes, TransferOptions};
 use serde_json::json;
 
 /// Texels along the grid on which overlaps are looked for.
@@ -110,6 +111,50 @@ fn what_keeps_charts_on_a_surface_keeps_all_of_them() {
         std::fs::read(baked.level_path(1)).expect("a level")
     });
     assert!(kept == free);
+}
+
+/// A ball with fine waves in its normals, without UVs and without a material.
+fn wavy_ball() -> Vec<u8> {
+    let mut shape = sphere(128, 64);
+    for normal in &mut shape.normals {
+        let wave = |x: f32| 0.25 * (24.0 * x).cos();
+        let bent = Vec3::from_array(*normal) + Vec3::from_array(normal.map(wave));
+        *normal = bent.normalize().to_array();
+    }
+    let mut build = Build::of(&shape);
+    let attributes = build.json["meshes"][0]["primitives"][0]["attributes"].as_object_mut();
+    attributes.expect("attributes").remove("TEXCOORD_0");
+    build.glb()
+}
+
+#[test]
+fn levels_of_a_source_without_uvs_gain_some_and_a_map_of_the_shape_that_is_lost() {
+    let glb = wavy_ball();
+    let own = |textures| {
+        let targets = Targets::ratios(vec![0.04]).expect("a ratio");
+        Baked::bytes("ball", &glb, &BakeOptions { targets, textures, ..measured() })
+    };
+    let free = TransferOptions { atlas: Atlas::New, unwraps: true, ..Default::default() };
+    let [plain, free] = [Textures::Repair, Textures::Transfer(free)].map(own);
+    let level = free.level(1);
+    let parts = level.parts(0);
+    assert!(parts[0].uvs.iter().all(|uv| uv.len() == 2), "UVs");
+    assert_eq!(most_at_one_texel(&parts), 1);
+    let primitive = level.gltf.meshes().next().and_then(|mesh| mesh.primitives().next());
+    let primitive = primitive.expect("a primitive");
+    assert!(primitive.get(&gltf::Semantic::Tangents).is_some());
+    assert!(primitive.material().normal_texture().is_some());
+    assert!(plain.level(1).gltf.materials().next().is_none());
+    let off = |baked: &Baked| baked.report.levels[0].metrics.expect("figures").rms_luminance;
+    assert!(off(&free) < 0.4 * off(&plain), "{} of {}", off(&free), off(&plain));
+}
+
+#[test]
+fn a_normal_map_that_has_nowhere_to_be_is_told() {
+    let own = TransferOptions { bake_normals: BakeNormals::On, ..Default::default() };
+    let options = BakeOptions { textures: Textures::Transfer(own), ..unmeasured() };
+    let warnings = Baked::bytes("ball", &wavy_ball(), &options).report.warnings;
+    assert!(warnings.iter().any(|own| own.what.contains("it has no UVs")));
 }
 
 #[test]
