@@ -10,7 +10,7 @@ import { Findings, openPage, serve, withBrowser } from './browser.mjs';
 
 const HERE = dirname(fileURLToPath(import.meta.url));
 const SAME = 0.1; // share of the hard switch: tangents are the level's own until the end
-const MOST = 0.8; // share of the hard switch that a sixteenth of the way may be: pixels are whole numbers
+const MOST = 0.25; // share of the hard switch that a sixteenth of the way may be
 
 const [modules, ...files] = process.argv.slice(2).map((path) => resolve(path));
 const findings = new Findings();
@@ -24,7 +24,7 @@ async function holdMorph(browser, pair) {
   const urls = pair.map((file) => `/out/${encodeURIComponent(basename(file))}`);
   const found = await page.evaluate(async (urls) => (await import('/page/show_morphs.js')).morph(document.getElementById('view'), urls), urls);
   const { hard, start, end, jump, lit } = found;
-  hold(lit > 1 && hard > 0, `nothing is drawn: ${lit}, ${hard}`);
+  hold(lit > 0.01 && hard > 0, `nothing is drawn: ${lit}, ${hard}`);
   hold(start === 0, `at 0 the picture is off by ${start}`);
   hold(end <= SAME * hard, `at 1 the picture is off by ${end} of ${hard}`);
   hold(jump <= MOST * hard, `a step jumps by ${jump} of ${hard}`);

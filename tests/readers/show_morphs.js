@@ -3,13 +3,27 @@ import * as THREE from 'three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 import { blendGeomorphs } from '/web/index.js';
 
-const SIZE = 256; // pixels
+const SIZE = 1024; // pixels
+// Pixels along each side of those that are compared, each the mean of its block. Single samples at a silhouette flip once
+// on the way, and whole numbers do, so that squares add up: of sixteen equal steps each is a quarter of the switch, however
+// smooth the way is.
+const BLOCK = 8;
 const STEPS = 16;
+
+function means(pixels) {
+  const side = SIZE / BLOCK;
+  const sums = new Float32Array(4 * side * side);
+  for (let at = 0; at < pixels.length; at += 1) {
+    const [channel, x, y] = [at % 4, (at >> 2) % SIZE, Math.floor((at >> 2) / SIZE)];
+    sums[4 * (Math.floor(y / BLOCK) * side + Math.floor(x / BLOCK)) + channel] += pixels[at];
+  }
+  return sums.map((sum) => sum / BLOCK ** 2);
+}
 
 export async function morph(canvas, [fine, coarse]) {
   const renderer = new THREE.WebGLRenderer({ canvas });
   renderer.setSize(SIZE, SIZE, false);
-  const target = new THREE.WebGLRenderTarget(SIZE, SIZE, { samples: 4 });
+  const target = new THREE.WebGLRenderTarget(SIZE, SIZE, { type: THREE.FloatType });
   const load = async (url) => (await new GLTFLoader().loadAsync(url)).scene;
   const [first, blended, next] = [await load(fine), await load(fine), await load(coarse)];
   const box = new THREE.Box3().setFromObject(first);
@@ -24,9 +38,9 @@ export async function morph(canvas, [fine, coarse]) {
     world.add(new THREE.HemisphereLight(), light, object);
     renderer.setRenderTarget(target);
     renderer.render(world, camera);
-    const pixels = new Uint8Array(4 * SIZE * SIZE);
+    const pixels = new Float32Array(4 * SIZE * SIZE);
     renderer.readRenderTargetPixels(target, 0, 0, SIZE, SIZE, pixels);
-    return pixels;
+    return means(pixels);
   };
   const rms = (a, b) => Math.sqrt(a.reduce((sum, own, at) => sum + (own - b[at]) ** 2, 0) / a.length);
   const time = blendGeomorphs(blended);
@@ -36,7 +50,7 @@ export async function morph(canvas, [fine, coarse]) {
   });
   const [start, end] = [draw(first), draw(next)];
   const jumps = along.slice(1).map((own, at) => rms(own, along[at]));
-  const found = { hard: rms(start, end), start: rms(start, along[0]), end: rms(end, along[STEPS]), jump: Math.max(...jumps), lit: rms(start, new Uint8Array(start.length)) };
+  const found = { hard: rms(start, end), start: rms(start, along[0]), end: rms(end, along[STEPS]), jump: Math.max(...jumps), lit: rms(start, new Float32Array(start.length)) };
   renderer.dispose();
   return found;
 }
