@@ -180,7 +180,7 @@ impl Keywords {
 
     fn textures(&self) -> Result<Textures, Error> {
         let Some(name) = &self.textures else {
-            let shares = Textures::are_shared_by_default(None, self.geomorph()?);
+            let shares = Textures::are_shared_by_default(None, self.output()?);
             return Ok(if shares { Textures::Repair } else { self.chosen()? });
         };
         Ok(match choice("textures", Some(name), &["auto", "repair", "transfer", "keep"])? {
@@ -237,9 +237,10 @@ impl Keywords {
     }
 
     fn output(&self) -> Result<OutputOptions, Error> {
-        let layouts = [Layout::None, Layout::MsftLod, Layout::Names];
+        let layouts = [Layout::None, Layout::MsftLod, Layout::Names, Layout::Needle];
         let formats = [Format::Glb, Format::Gltf];
-        let layout = choice("layout", self.layout.as_ref(), &["none", "msft_lod", "names"])?;
+        let names = ["none", "msft_lod", "names", "needle"];
+        let layout = choice("layout", self.layout.as_ref(), &names)?;
         let format = choice("format", self.format.as_ref(), &["glb", "gltf"])?;
         Ok(OutputOptions {
             compress: self.compress,

@@ -4,6 +4,7 @@ pub mod alpha;
 pub mod charts;
 pub(crate) mod fill_picture;
 mod image;
+pub(crate) mod meanings;
 mod repair;
 pub(crate) mod seams;
 

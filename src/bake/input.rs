@@ -40,7 +40,8 @@ impl Input<'_> {
 
     /// The files that a bake writes into `folder`: the levels, the finest first, then all of them
     /// in one if the layout has that, then the progressive file and the page if there is to be one, and last the report. Images,
-    /// if they are not in these, go into a folder `<stem>_textures` there.
+    /// if they are not in these, go into a folder `<stem>_textures` there, and what the layout needle has beside
+    /// its file into `<stem>_needle`.
     pub fn outputs(&self, folder: &Path, options: &BakeOptions) -> Vec<PathBuf> {
         let stem = self.stem();
         let documents = options.output.names(&stem, options.targets.count());

@@ -179,7 +179,7 @@ struct Levels {
 }
 
 fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> Result<Levels> {
-    options.output.check()?;
+    options.check()?;
     check_encoders(options)?;
     let mut clock = Clock { seconds: Seconds::default(), progress };
     let mut asset = clock.time("read", |s| &mut s.read, || input.read(options.reading))?;
@@ -288,8 +288,9 @@ fn bake_levels(input: Input<'_>, options: &BakeOptions, progress: &Progress) -> 
             _ => morphs.of_source(&asset, geometries)?,
         };
         let (levels_of, images) = (&assembled[..], &images[..]);
+        let asset = &asset;
         let chain =
-            Chain { asset: &asset, levels: levels_of, images, output, screen, source_morphs };
+            Chain { asset, levels: levels_of, images, output, screen, source_morphs, limit };
         let documents = chain.documents(levels, measured.as_ref(), &input.stem())?;
         options.output.encode(&input.stem(), &documents)
     };

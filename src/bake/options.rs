@@ -8,7 +8,7 @@ use super::goals::Goals;
 use super::steering::Steering;
 use crate::error::{Error, Result};
 use crate::evaluate;
-use crate::export::files::{Geomorph, OutputOptions};
+use crate::export::files::{Geomorph, Layout, OutputOptions};
 use crate::import::options::ReadOptions;
 use crate::screen::Screen;
 use crate::transfer::TransferOptions;
@@ -69,6 +69,21 @@ pub struct ReportOptions {
 }
 
 impl BakeOptions {
+    /// Makes sure that they can be had together.
+    ///
+    /// # Errors
+    /// [`Error::Options`] if not.
+    pub(super) fn check(&self) -> Result<()> {
+        self.output.check()?;
+        let has_own_textures = matches!(self.textures, Textures::Transfer(_));
+        if self.output.layout == Layout::Needle && has_own_textures {
+            let what = "in the layout needle all levels share the source's textures: choose the textures repair or \
+                        keep, or another layout";
+            return Err(Error::Options { what: what.into() });
+        }
+        Ok(())
+    }
+
     /// Options of the evaluation of levels, for the screen that their sizes are found for.
     pub fn evaluation(&self) -> Option<evaluate::Options> {
         let Screen { pixel_tolerance, height, .. } = self.screen;
@@ -236,9 +251,11 @@ impl Default for Textures {
 
 impl Textures {
     /// Whether levels share the source's unless more is said: those that goals bound share what they are
-    /// bounded by, and those that lead to the next one lead its UVs too.
-    pub fn are_shared_by_default(goals: Option<&Goals>, geomorph: Geomorph) -> bool {
-        goals.is_some() || geomorph != Geomorph::None
+    /// bounded by, those that lead to the next one lead its UVs too, and those of the layout needle take each
+    /// other's place under one material.
+    pub fn are_shared_by_default(goals: Option<&Goals>, output: OutputOptions) -> bool {
+        let OutputOptions { geomorph, layout, .. } = output;
+        goals.is_some() || geomorph != Geomorph::None || layout == Layout::Needle
     }
 }
 

@@ -12,12 +12,12 @@ use rustc_hash::FxHashMap;
 use seamwise_texture::Role;
 
 use super::options::{BakeOptions, Textures};
-use crate::atlas::atlases;
+use crate::atlas::meanings::{NoPicture, meanings};
 use crate::document::asset::Asset;
-use crate::document::material::{TextureSlot, material_slots, role_of};
+use crate::document::material::role_of;
 use crate::error::Result;
 use crate::export::files::Layout;
-use crate::image_file::codec::{decode, dimensions};
+use crate::image_file::codec::decode;
 use crate::image_file::encoded::{EncodedImage, ImageFormat};
 use crate::image_file::ktx2::encode::{self, stored_size};
 use crate::image_file::{lossy_webp, smallest_png};
@@ -97,31 +97,23 @@ impl Images<'_> {
 
     /// The meaning of each of the source's images that becomes KTX2.
     fn roles(&self, limit: MemoryLimit, warnings: &mut Warnings) -> Result<Vec<Option<Role>>> {
-        let mut roles = vec![None; self.of_source.len()];
-        let slots = material_slots(self.asset)?.concat();
-        let is_color = |slot: &TextureSlot| slot.role == Role::Color;
-        for atlas in atlases(self.asset)? {
-            let image = &self.asset.images[atlas.image];
-            if image.is_missing() {
-                continue;
-            }
-            let at = format!("/images/{}", atlas.image);
-            let mut own = slots.iter().filter(|slot| slot.image == atlas.image);
-            if own.clone().any(is_color) && !own.all(is_color) {
-                let what = "it is used both as color and as other data, and a KTX2 can be only one: it stays as it \
-                            is; give each use an image of its own";
-                warnings.add(&at, what);
-                continue;
-            }
-            let has_charts = !atlas.charts.triangles.is_empty();
-            if has_charts && atlas.charts.are_colors(dimensions(image, &at, limit)?) {
-                let what = "its charts are single colors, which the blocks of a KTX2 would mix: it stays as it is";
-                warnings.add(&at, what);
-                continue;
-            }
-            roles[atlas.image] = Some(atlas.role);
-        }
-        Ok(roles)
+        let meanings = meanings(self.asset, limit)?.into_iter().enumerate();
+        let role = |(index, meaning): (usize, std::result::Result<Role, NoPicture>)| {
+            let why = match meaning {
+                Ok(role) => return Some(role),
+                Err(NoPicture::Unused | NoPicture::Missing) => return None,
+                Err(NoPicture::Mixed) => {
+                    "it is used both as color and as other data, and a KTX2 can be only one: it stays as it is; \
+                     give each use an image of its own"
+                }
+                Err(NoPicture::Colors) => {
+                    "its charts are single colors, which the blocks of a KTX2 would mix: it stays as it is"
+                }
+            };
+            warnings.add(format!("/images/{index}"), why);
+            None
+        };
+        Ok(meanings.map(role).collect())
     }
 
     /// Changes all images that are `wanted`, each with its meaning; those of the source's own document only if it is

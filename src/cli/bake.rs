@@ -309,7 +309,7 @@ impl BakeArgs {
         };
         let goals = self.goals.resolve()?;
         let output = self.files.resolve()?;
-        let shares = Textures::are_shared_by_default(goals.as_ref(), output.geomorph);
+        let shares = Textures::are_shared_by_default(goals.as_ref(), output);
         Ok(BakeOptions {
             targets: match (&self.targets.ratios, &self.targets.triangles, &goals) {
                 (Some(ratios), ..) => Targets::ratios(ratios.clone())?,

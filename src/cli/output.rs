@@ -75,6 +75,10 @@ enum LayoutArg {
     /// Nodes hold the source and its levels as <name>_LOD0, <name>_LOD1 and so on, for scripts that
     /// look for such names: importers of glTF show all of them at once.
     Names,
+    /// The coarsest level, which names finer ones and larger textures as files in the folder <stem>_needle:
+    /// a loader of NEEDLE_progressive (npm's @needle-tools/gltf-progressive for three.js) fetches them where they
+    /// are seen. Textures are shared; with --compress, vertices stay in the source's types.
+    Needle,
     /// There is none, only a file for each level.
     None,
 }
@@ -89,6 +93,7 @@ impl OutputArgs {
         match self.layout {
             Some(LayoutArg::MsftLod) => Layout::MsftLod,
             Some(LayoutArg::Names) => Layout::Names,
+            Some(LayoutArg::Needle) => Layout::Needle,
             None if self.share_vertices => Layout::MsftLod,
             Some(LayoutArg::None) | None => Layout::None,
         }

@@ -5,12 +5,14 @@ use serde_json::{Value, json};
 use super::certificate::{certificate, certify};
 use super::document::{Coverage, chain_asset, with_source_morphs};
 use super::files::{Layout, OutputOptions};
+use super::needle::{Sources, needle_documents};
 use crate::document::asset::Asset;
 use crate::error::Result;
 use crate::evaluate::{Metrics, Part};
 use crate::image_file::encoded::EncodedImage;
 use crate::level::AssetLevel;
 use crate::level::geomorph::SourceMorph;
+use crate::limit::MemoryLimit;
 use crate::screen::{Screen, switch_sizes};
 use crate::warning::Warnings;
 
@@ -24,11 +26,13 @@ pub(crate) struct Chain<'a> {
     pub(crate) screen: Screen,
     /// The ways of the source's primitives to the first level, if they are to have them.
     pub(crate) source_morphs: Vec<SourceMorph>,
+    /// Most memory that decoding one image may take.
+    pub(crate) limit: MemoryLimit,
 }
 
 impl Chain<'_> {
     /// The documents of the levels, certified if they were measured, and the one of all of them if
-    /// there is to be one; each with its name.
+    /// there is to be one, and what belongs beside that; each with its name.
     pub(crate) fn documents(
         &self,
         mut levels: Vec<Asset>,
@@ -40,6 +44,7 @@ impl Chain<'_> {
             certify(level, certificate.clone());
         }
         let (output, screen) = (self.output, &self.screen);
+        let mut beside = Vec::new();
         if output.layout != Layout::None {
             let sizes = measured.map(Measured::sizes);
             let coverage = measured.zip(sizes.as_deref()).map(|(measured, sizes)| Coverage {
@@ -47,8 +52,16 @@ impl Chain<'_> {
                 sizes,
                 diagonal: measured.diagonal,
             });
-            let coverage = coverage.as_ref();
-            let mut all = chain_asset(self.asset, self.levels, self.images, output, coverage)?;
+            let (asset, levels_of, images) = (self.asset, self.levels, self.images);
+            let mut all = if output.layout == Layout::Needle {
+                let limit = self.limit;
+                let sources = Sources { asset, levels: levels_of, images, coverage, stem, limit };
+                let all;
+                (all, beside) = needle_documents(&sources)?;
+                all
+            } else {
+                chain_asset(asset, levels_of, images, output, coverage.as_ref())?
+            };
             if !self.source_morphs.is_empty() {
                 all = with_source_morphs(&all, &self.source_morphs)?;
             }
@@ -58,7 +71,7 @@ impl Chain<'_> {
             levels.push(all);
         }
         let names = output.names(stem, self.levels.len());
-        Ok(names.into_iter().zip(levels).collect())
+        Ok(names.into_iter().zip(levels).chain(beside).collect())
     }
 
     /// The certificates of the levels, the finest first.

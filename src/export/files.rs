@@ -71,6 +71,12 @@ impl OutputOptions {
                         --share-vertices, or the geomorph";
             return Err(Error::Options { what: what.into() });
         }
+        let needs_glb = self.share_vertices || self.format != Format::Glb;
+        if self.layout == Layout::Needle && (needs_glb || self.geomorph != Geomorph::None) {
+            let what = "the layout needle has each level of each mesh as a .glb of its own: leave out --format gltf, \
+                        --share-vertices and --geomorph, or choose another layout";
+            return Err(Error::Options { what: what.into() });
+        }
         Ok(())
     }
 
@@ -79,9 +85,10 @@ impl OutputOptions {
         self.progressive || self.geomorph != Geomorph::None
     }
 
-    /// Whether vertices become small integers: not if they are to be the source's.
+    /// Whether vertices become small integers: not if they are to be the source's, nor if one node is to show
+    /// all levels, each of which would have a grid of its own.
     pub(crate) fn quantizes(&self) -> bool {
-        self.compress && !self.share_vertices
+        self.compress && !self.share_vertices && self.layout != Layout::Needle
     }
 
     /// The names of documents: `<stem>_lod1` and so on, then `<stem>` if there is to be one of all
@@ -150,7 +157,7 @@ impl OutputOptions {
     }
 }
 
-fn uri(path: &str) -> String {
+pub(super) fn uri(path: &str) -> String {
     utf8_percent_encode(path, PLAIN).to_string()
 }
 

@@ -19,6 +19,9 @@ pub enum Layout {
     /// Each node holds the source and its levels as children called `<name>_LOD0` and so on, as scripts
     /// and pipelines of game engines look for them. Readers of glTF show all of them at once.
     Names,
+    /// The coarsest level, which names finer ones of each mesh and larger sizes of each texture in files of
+    /// their own, in `NEEDLE_progressive`; a loader of that fetches them where they are seen.
+    Needle,
     /// No file of all levels: each is a file of its own, which is what most programs can use.
     #[default]
     None,
@@ -42,7 +45,7 @@ pub(crate) fn add_levels(
     layout: Layout,
 ) -> Result<usize> {
     match layout {
-        Layout::None => Ok(node),
+        Layout::None | Layout::Needle => Ok(node),
         Layout::MsftLod => link_levels(json, node, levels),
         Layout::Names => group_levels(json, node, levels),
     }

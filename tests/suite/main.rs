@@ -23,6 +23,7 @@ mod low_poly;
 mod merging;
 mod moves;
 mod nearly_right;
+mod needle;
 mod output;
 mod outside;
 mod palettes;

@@ -41,7 +41,7 @@ def bake(
     texture_quality: int | None = None,
     png: Literal["fast", "smallest"] | None = None,
     budget_per: Literal["scene", "mesh"] | None = None,
-    layout: Literal["none", "msft_lod", "names"] | None = None,
+    layout: Literal["none", "msft_lod", "names", "needle"] | None = None,
     format: Literal["glb", "gltf"] | None = None,
     polish: bool = True,
     evaluate: bool = True,

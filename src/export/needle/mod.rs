@@ -1,0 +1,82 @@
+//! All levels as files that a page fetches one by one where they are seen: the coarsest level in the file that
+//! is opened, finer ones of each mesh and larger sizes of each texture beside it, in a folder of their own.
+//!
+//! `NEEDLE_progressive` says what there is, in the form that its public schema has:
+//!
+//! - on a mesh: a `guid`, and `lods` from the finest on, each with the `path` of a .glb that has the mesh with
+//!   the same `guid`, its primitives in the same order, and for each of them a density. A loader shows the first
+//!   whose density, divided by the share of the screen's height that the primitive takes, is below a target of
+//!   its own, and what is inside the file if none is.
+//! - on a texture: a `guid`, and `lods` from the largest on, each with the `path` of a .glb that has the texture,
+//!   and its `width` and `height`.
+//!
+//! [`meshes`] tells what densities are, [`textures`] which sizes there are.
+
+mod extension;
+mod meshes;
+mod textures;
+
+use super::document::{Coverage, add_geometry, with_geometry};
+use crate::document::asset::Asset;
+use crate::document::edit::Packer;
+use crate::document::extensions::{drop_unused_extension, name_extension};
+use crate::document::known_extensions::lost_with_geometry;
+use crate::document::primitive::Primitive;
+use crate::document::references::replaced_accessors;
+use crate::error::Result;
+use crate::image_file::encoded::EncodedImage;
+use crate::level::AssetLevel;
+use crate::limit::MemoryLimit;
+use extension::{Beside, NAME};
+use meshes::{MeshFiles, part_of};
+use textures::{TextureFiles, texture_files};
+
+/// All that the files are made from.
+pub(super) struct Sources<'a> {
+    pub(super) asset: &'a Asset,
+    /// The finest first.
+    pub(super) levels: &'a [AssetLevel<'a>],
+    /// The source's images, which all levels share.
+    pub(super) images: &'a [EncodedImage],
+    /// Where levels are to be shown, if they were measured.
+    pub(super) coverage: Option<Coverage<'a>>,
+    /// The beginning of all names.
+    pub(super) stem: &'a str,
+    pub(super) limit: MemoryLimit,
+}
+
+/// The document that is opened, and those beside it, each with its name.
+///
+/// # Errors
+/// [`Error::Invalid`](crate::Error::Invalid) if the document's meshes or images are malformed.
+pub(super) fn needle_documents(sources: &Sources<'_>) -> Result<(Asset, Vec<(String, Asset)>)> {
+    let Sources { asset, levels, stem, .. } = *sources;
+    let folder = format!("{stem}_needle");
+    let is_replaced = |own: &Primitive| part_of(levels, [own.mesh, own.index]).is_some();
+    let mut packer = Packer::new(asset, &replaced_accessors(asset, is_replaced)?);
+    let mut beside = Beside { folder: &folder, documents: Vec::new() };
+    let TextureFiles { images, textures } = texture_files(sources, &mut beside)?;
+    for (index, image) in images.into_iter().enumerate() {
+        packer.set_image(index, image);
+    }
+    for (texture, lods) in textures {
+        packer.json()["textures"][texture]["extensions"][NAME] = lods;
+    }
+    let files = MeshFiles::new(sources)?;
+    for mesh in 0..asset.count("meshes") {
+        for index in 0..Primitive::of_mesh(asset, mesh)?.len() {
+            if let Some(part) = part_of(levels, [mesh, index]) {
+                let geometry = add_geometry(&mut packer, part);
+                let own = &mut packer.json()["meshes"][mesh]["primitives"][index];
+                *own = with_geometry(own, geometry)?;
+            }
+        }
+        if let Some(lods) = files.write(mesh, &mut beside)? {
+            packer.json()["meshes"][mesh]["extensions"][NAME] = lods;
+        }
+    }
+    lost_with_geometry().for_each(|name| drop_unused_extension(packer.json(), name));
+    name_extension(packer.json(), NAME);
+    drop_unused_extension(packer.json(), NAME);
+    Ok((packer.finish(), beside.documents))
+}
