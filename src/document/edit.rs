@@ -45,8 +45,7 @@ impl Packer {
         for &accessor in &free_accessors {
             asset.json["accessors"][accessor] = empty_accessor();
         }
-        let after = used_views(&asset.json);
-        let mut free_views: Vec<usize> = before.difference(&after).copied().collect();
+        let mut free_views = freed(&asset, &before);
         free_views.reverse();
         Self { asset, free_accessors, free_views, bytes: Vec::new() }
     }
@@ -79,7 +78,7 @@ impl Packer {
         drop_from(&mut self.asset.json, "images", images);
         let mut index = 0..;
         self.asset.images.retain(|_| index.next().is_some_and(|index| !images.contains(&index)));
-        self.free_views.extend(before.difference(&used_views(&self.asset.json)));
+        self.free_views.extend(freed(&self.asset, &before));
     }
 
     /// Adds vertex data. Elements are padded to four bytes, as glTF 2.0 §3.6.2.4 asks.
@@ -194,6 +193,12 @@ pub(crate) fn aligned(elements: &Elements) -> (Cow<'_, [u8]>, Option<usize>) {
     }
     let pad = |element: &[u8]| [element, &[0; 3][..stride - size]].concat();
     (elements.bytes.chunks_exact(size).flat_map(pad).collect(), Some(stride))
+}
+
+/// The buffer views that are there, were used and are not any more.
+fn freed(asset: &Asset, before: &BTreeSet<usize>) -> Vec<usize> {
+    let count = asset.count("bufferViews");
+    before.difference(&used_views(&asset.json)).copied().filter(|&view| view < count).collect()
 }
 
 /// An accessor that needs no bytes.
@@ -334,6 +339,15 @@ mod tests {
         assert_eq!(accessor::read(&joined, colors, "").unwrap(), color);
         let view = joined.json["accessors"][colors]["bufferView"].as_u64().unwrap() as usize;
         assert_eq!(joined.json["bufferViews"][view]["byteStride"], 4);
+    }
+
+    #[test]
+    fn a_view_that_is_not_there_is_no_slot() {
+        let mut asset = asset();
+        asset.json["accessors"][0]["bufferView"] = json!(90);
+        let mut packer = Packer::new(&asset, &[0]);
+        packer.add_indices(&[0, 1, 2]);
+        assert_eq!(packer.finish().count("bufferViews"), 3);
     }
 
     #[test]
