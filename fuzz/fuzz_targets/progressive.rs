@@ -3,8 +3,8 @@
 //! A mutator of its own changes a column of a block and makes the block's checksum right again, since
 //! checksums stop most other changes.
 //!
-//! `cargo +nightly fuzz run progressive -- -max_total_time=600 -timeout=5 -rss_limit_mb=2048`, with small
-//! files of `seamwise bake --progressive` in fuzz/corpus/progressive to start from.
+//! `cargo +nightly fuzz run progressive -- -max_total_time=600 -timeout=5 -rss_limit_mb=2048`, from small files
+//! that `SEAMWISE_CORPUS=fuzz/corpus cargo test --test suite seeds` makes.
 
 #![no_main]
 

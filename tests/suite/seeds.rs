@@ -7,14 +7,17 @@
 use std::path::{Path, PathBuf};
 
 use crate::common;
-use crate::common::assets::{cube, two_materials, victim};
+use crate::common::assets::{cube, mixed, rigged, two_materials, victim};
 use crate::common::build::{Build, png};
 use crate::common::formats::{ENCODINGS, obj, ply};
 use crate::common::shapes::{patch, sphere};
+use seamwise::bake::options::Textures;
 use seamwise::document::accessor;
 use seamwise::document::asset::Asset;
+use seamwise::export::files::OutputOptions;
 use seamwise::import::options::ReadOptions;
 use seamwise::import::read_with;
+use seamwise::{BakeOptions, bake_bytes};
 use serde_json::{Value, json};
 
 /// Most elements that an accessor keeps.
@@ -60,6 +63,18 @@ fn seeds() {
     documents(Corpus::new(root, "document"), &assets);
     streams(Corpus::new(root, "compressed"), &assets);
     texts(Corpus::new(root, "models"));
+    progressive(Corpus::new(root, "progressive"));
+}
+
+/// Progressive files of all kinds of small assets.
+fn progressive(mut corpus: Corpus) {
+    let output = OutputOptions { progressive: true, ..OutputOptions::default() };
+    let options = BakeOptions { output, textures: Textures::Keep, ..common::unmeasured() };
+    for build in [cube(2), two_materials(5), rigged(), mixed(), Build::of(&patch(7))] {
+        let baked = bake_bytes(&build.glb(), "seed", &options).expect("a bake");
+        let own = baked.files.iter().find(|file| file.name == "seed_progressive.glb");
+        corpus.add(&[&own.expect("a progressive file").bytes]);
+    }
 }
 
 /// All .glb and .gltf files under a folder.
