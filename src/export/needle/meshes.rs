@@ -22,8 +22,8 @@ use glam::{DMat4, Vec3};
 use rustc_hash::FxHashMap;
 use serde_json::{Map, Value, json};
 
-use super::Sources;
 use super::extension::Beside;
+use super::sources::Sources;
 use crate::document::accessor;
 use crate::document::asset::Asset;
 use crate::document::edit::Packer;

@@ -14,9 +14,10 @@
 
 mod extension;
 mod meshes;
+mod sources;
 mod textures;
 
-use super::document::{Coverage, add_geometry, with_geometry};
+use super::document::{add_geometry, with_geometry};
 use crate::document::asset::Asset;
 use crate::document::edit::Packer;
 use crate::document::extensions::{drop_unused_extension, name_extension};
@@ -24,26 +25,10 @@ use crate::document::known_extensions::lost_with_geometry;
 use crate::document::primitive::Primitive;
 use crate::document::references::replaced_accessors;
 use crate::error::Result;
-use crate::image_file::encoded::EncodedImage;
-use crate::level::AssetLevel;
-use crate::limit::MemoryLimit;
 use extension::{Beside, NAME};
 use meshes::{MeshFiles, part_of};
+pub(super) use sources::Sources;
 use textures::{TextureFiles, texture_files};
-
-/// All that the files are made from.
-pub(super) struct Sources<'a> {
-    pub(super) asset: &'a Asset,
-    /// The finest first.
-    pub(super) levels: &'a [AssetLevel<'a>],
-    /// The source's images, which all levels share.
-    pub(super) images: &'a [EncodedImage],
-    /// Where levels are to be shown, if they were measured.
-    pub(super) coverage: Option<Coverage<'a>>,
-    /// The beginning of all names.
-    pub(super) stem: &'a str,
-    pub(super) limit: MemoryLimit,
-}
 
 /// The document that is opened, and those beside it, each with its name.
 ///

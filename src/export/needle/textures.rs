@@ -8,8 +8,8 @@ use rayon::prelude::*;
 use seamwise_texture::{Role, Validity, scale_down};
 use serde_json::{Value, json};
 
-use super::Sources;
 use super::extension::Beside;
+use super::sources::Sources;
 use crate::atlas::meanings::meanings;
 use crate::document::asset::Asset;
 use crate::document::material::sources;

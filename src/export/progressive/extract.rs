@@ -174,31 +174,29 @@ fn chunks(bytes: &[u8]) -> Result<[&[u8]; 2]> {
     Ok([document, &rest[..length.min(rest.len())]])
 }
 
-/// The sample's progressive file.
 #[cfg(test)]
-pub(super) fn sample() -> Vec<u8> {
+pub(super) mod tests {
+    use super::*;
     use crate::BakeOptions;
     use crate::bake::options::{Targets, Textures};
     use crate::export::files::OutputOptions;
-
-    let options = BakeOptions {
-        targets: Targets::Ratios(vec![0.3, 0.1]),
-        textures: Textures::Keep,
-        evaluate: None,
-        polish: None,
-        output: OutputOptions { progressive: true, ..OutputOptions::default() },
-        ..BakeOptions::default()
-    };
-    let bytes = include_bytes!("../../../data/sample.glb");
-    let files = crate::bake_bytes(bytes, "sample", &options).unwrap().files;
-    files.into_iter().find(|file| file.name.ends_with("_progressive.glb")).unwrap().bytes
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
     use crate::export::progressive::blocks::Reader;
     use crate::export::progressive::parts::parts;
+
+    /// The sample's progressive file.
+    pub(in crate::export::progressive) fn sample() -> Vec<u8> {
+        let options = BakeOptions {
+            targets: Targets::Ratios(vec![0.3, 0.1]),
+            textures: Textures::Keep,
+            evaluate: None,
+            polish: None,
+            output: OutputOptions { progressive: true, ..OutputOptions::default() },
+            ..BakeOptions::default()
+        };
+        let bytes = include_bytes!("../../../data/sample.glb");
+        let files = crate::bake_bytes(bytes, "sample", &options).unwrap().files;
+        files.into_iter().find(|file| file.name.ends_with("_progressive.glb")).unwrap().bytes
+    }
 
     /// Where checksums are right whatever is in a block.
     #[test]

@@ -340,7 +340,7 @@ fn scalars(component: ComponentType, bytes: Vec<u8>) -> Elements {
 mod tests {
     use super::*;
     use crate::export::progressive::decode::read_splits;
-    use crate::export::progressive::extract::sample;
+    use crate::export::progressive::extract::tests::sample;
     use crate::export::progressive::parts::parts;
     use crate::level::part::LevelPart;
 
