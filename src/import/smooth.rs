@@ -7,7 +7,7 @@
 
 use glam::{DVec3, Vec3};
 use gltf::json::accessor::ComponentType;
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 use serde_json::{Value, json};
 
 use super::finite::corner_normals;
@@ -15,6 +15,7 @@ use crate::document::accessor::Elements;
 use crate::document::asset::Asset;
 use crate::document::edit::Packer;
 use crate::document::primitive::{Primitive, read_checked};
+use crate::document::references::replaced_accessors;
 use crate::error::Result;
 
 /// Gives normals to all triangle primitives without, if there is an angle in degrees.
@@ -32,9 +33,11 @@ pub(super) fn add_normals(asset: &mut Asset, degrees: Option<u8>) -> Result<()> 
     if bare.is_empty() {
         return Ok(());
     }
-    let mut packer = Packer::new(asset, &[]);
+    let places: FxHashSet<[usize; 2]> = bare.iter().map(|own| [own.mesh, own.index]).collect();
+    let is_bare = |own: &Primitive| places.contains(&[own.mesh, own.index]);
+    let mut packer = Packer::new(asset, &replaced_accessors(asset, is_bare)?);
     for primitive in &bare {
-        add_to(&mut packer, primitive, cosine)?;
+        add_to(&mut packer, asset, primitive, cosine)?;
     }
     *asset = packer.finish();
     Ok(())
@@ -48,13 +51,12 @@ struct Smooth {
     indices: Vec<u32>,
 }
 
-fn add_to(packer: &mut Packer, primitive: &Primitive, cosine: f64) -> Result<()> {
-    let asset = packer.asset().clone();
-    let positions = primitive.positions(&asset)?;
-    let smooth = smooth(&positions, &primitive.triangles(&asset, positions.len())?, cosine);
+fn add_to(packer: &mut Packer, asset: &Asset, primitive: &Primitive, cosine: f64) -> Result<()> {
+    let positions = primitive.positions(asset)?;
+    let smooth = smooth(&positions, &primitive.triangles(asset, positions.len())?, cosine);
     let mut add = |name: &str, accessor: usize| -> Result<usize> {
         let at = format!("{}/attributes/{name}", primitive.at);
-        let own = read_checked(&asset, accessor, &at, positions.len())?;
+        let own = read_checked(asset, accessor, &at, positions.len())?;
         let bytes = smooth.before.iter().flat_map(|&vertex| own.element(vertex as usize)).copied();
         let elements = Elements { bytes: bytes.collect(), ..own };
         Ok(packer.add_vertices(&elements, name == "POSITION"))
