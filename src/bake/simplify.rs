@@ -80,7 +80,8 @@ pub(crate) struct Simplified {
     places: Vec<Vec<usize>>,
 }
 
-/// A record is polished each time that the surface has shrunk to this share, and at its levels.
+/// A record is polished at its levels, and between two of them about each time that the surface has shrunk to this
+/// share.
 const POLISH_SHARE: f64 = 0.8;
 
 impl Simplified {
@@ -102,16 +103,18 @@ impl Simplified {
     /// Takes further levels from the record.
     fn find_between(&mut self) {
         let Some(scene) = &mut self.scene else { return };
-        scene.seek(scene.order().len());
-        let (source, least) = (scene.triangles_after(0), scene.triangles() as f64);
-        let mut share = POLISH_SHARE;
-        while share * source as f64 > least {
-            scene.seek(scene.collapses_to((share * source as f64) as usize));
+        let levels = self.chains.first().map_or(0, Vec::len);
+        let count = |level: usize| {
+            self.chains.iter().map(|own| own[level].mesh.triangles.len()).sum::<usize>()
+        };
+        let counts: Vec<usize> =
+            [scene.triangles_after(0)].into_iter().chain((0..levels).map(count)).collect();
+        for triangles in between(&counts) {
+            scene.seek(scene.collapses_to(triangles));
             for (at, record) in scene.meshes().iter().enumerate() {
                 self.places[at].push(record.applied());
                 self.between[at].push(record.level());
             }
-            share *= POLISH_SHARE;
         }
         scene.seek(0);
     }
@@ -133,6 +136,16 @@ impl Simplified {
             let Ok(()) = scene.map_meshes(settle);
         }
     }
+}
+
+/// Counts of triangles between those of levels, in even ratios from each to the next.
+fn between(counts: &[usize]) -> Vec<usize> {
+    let of_pair = |pair: &[usize]| {
+        let (fine, ratio) = (pair[0] as f64, pair[1].max(1) as f64 / pair[0].max(1) as f64);
+        let steps = (ratio.ln() / POLISH_SHARE.ln()).round() as usize;
+        (1..steps).map(move |step| (fine * ratio.powf(step as f64 / steps as f64)).round() as usize)
+    };
+    counts.windows(2).flat_map(of_pair).collect()
 }
 
 /// A surface in the frame that it is shown in.
@@ -293,4 +306,16 @@ fn count(meshes: &[Cow<'_, Mesh>]) -> usize {
 
 pub(crate) fn triangle_count(geometries: &[Geometry]) -> usize {
     geometries.iter().map(|geometry| geometry.welded.mesh.triangles.len()).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_between_levels_are_in_even_ratios_and_not_beside_a_level() {
+        assert_eq!(between(&[1000, 500, 450, 450, 0]).len(), 2 + 26);
+        assert_eq!(between(&[1000, 512]), [800, 640]);
+        assert_eq!(between(&[1000, 900, 900]), [0; 0]);
+    }
 }
