@@ -17,7 +17,7 @@
 //!
 //! | key | |
 //! |---|---|
-//! | `version` | 1 |
+//! | `version` | 2 |
 //! | `bufferView` | the view of the splits, the last of the document |
 //! | `triangles` | those of the coarsest level, and of the source |
 //! | `splits` | number of splits from the one to the other |
@@ -55,7 +55,7 @@
 //! | 7 | wedges of their corners |
 //! | 8 | points of new wedges |
 //! | 9 | points and wedges by their numbers |
-//! | 10, 11 | a byte each, 1 if a position, or a row, is the source's |
+//! | 10, 11 | a byte each, how a position, or a row, is told: 0 to a step, 1 exactly, being the source's, 2 as it was told before |
 //! | 12 | splits from a level to the one before it |
 //! | 13 + 5 i | coordinate i: four columns for the bytes of exact values, the least first, and one of steps |
 //! | 28 + 5 i | float i of rows, likewise |
@@ -86,11 +86,17 @@
 //!
 //! # Values
 //!
-//! A value of the source is told by a difference d, as (d << 1) ^ (d >> 31): of the values times `grid`, rounded,
-//! if there is a grid; else of the places of both floats in the order of all floats, b ^ ((b >> 31) >>> 1) of the
-//! bits b. Where x and y of a normal are known, z is expected at ±√(1 − x² − y²) with the sign that was
-//! expected. Any other value is what is expected plus a number of steps, told as (d << 1) ^ (d >> 31), and
-//! a normal is then made a unit vector.
+//! A point or wedge whose value in the source was told once has it known from then on, whatever it has in between: if
+//! it comes to that value again (2 in columns 10 and 11), nothing more is told of it. The first time (1) a value of
+//! the source is told by a difference d, as (d << 1) ^ (d >> 31): of the values times `grid`, rounded, if there is a
+//! grid; else of the places of both floats in the order of all floats, b ^ ((b >> 31) >>> 1) of the bits b. Any other
+//! value (0) is what is expected plus a number of steps, told as (d << 1) ^ (d >> 31), and a normal is then made a
+//! unit vector.
+//!
+//! Of a normal the two that are expected to be smaller come first, in their order and in the columns of x and y, and
+//! the one that is expected to be the largest, the first of equals, last and in those of z: once the others, a and
+//! b, are known, it is expected at ±√(1 − a² − b²), with the sign that was expected before. `step` and `grid` are
+//! those of its own.
 //!
 //! # Levels
 //!
@@ -119,4 +125,4 @@
 pub const EXTENSION: &str = "SEAMWISE_progressive_mesh";
 
 /// The version of the format that is read and written.
-pub(super) const VERSION: u32 = 1;
+pub(super) const VERSION: u32 = 2;

@@ -19,6 +19,7 @@ mod source;
 mod splits;
 mod surface;
 pub mod timeline;
+mod told;
 mod values;
 mod whole;
 pub(crate) mod write;

@@ -24,7 +24,7 @@ pub(super) const WEDGES: usize = 7;
 pub(super) const POINTS: usize = 8;
 /// Points and wedges by their numbers.
 pub(super) const NUMBERS: usize = 9;
-/// Whether positions, and rows, are those of the source.
+/// How positions, and rows, are told: [`NEAR`], [`EXACT`] or [`KNOWN`].
 pub(super) const EXACT_POINTS: usize = 10;
 pub(super) const EXACT_WEDGES: usize = 11;
 /// Splits from a level to the one before it.
@@ -32,6 +32,12 @@ pub(super) const SPAN: usize = 12;
 /// Positions, rows of attributes, and then what else vertices carry.
 pub(super) const POSITIONS: usize = 13;
 pub(super) const ROWS: usize = POSITIONS + 3 * COLUMNS;
+
+/// Ways in which a value is told: to a step, exactly, being the source's, or not at all, being the source's that was
+/// told before.
+pub(super) const NEAR: u8 = 0;
+pub(super) const EXACT: u8 = 1;
+pub(super) const KNOWN: u8 = 2;
 
 /// Numbers of symbols of a point: that which splits, a new one, one by its number; then new ones and
 /// neighbors in turn.

@@ -5,8 +5,8 @@ use seamwise_attr::{Layout, Mesh, PointId, WedgeId};
 
 use super::blocks::{Columns, Damage, Reader, Result};
 use super::header::Form;
-use super::script::{EXACT_POINTS, EXACT_WEDGES, POSITIONS, ROWS};
-use super::surface::{Values, to_unit};
+use super::script::{EXACT, EXACT_POINTS, EXACT_WEDGES, KNOWN, NEAR, POSITIONS, ROWS};
+use super::told::{Values, to_unit};
 use super::values::COLUMNS;
 
 /// Values from a block.
@@ -16,33 +16,48 @@ pub(super) struct ReadValues<'a> {
 }
 
 impl Values for ReadValues<'_> {
-    fn position(&mut self, _: u32, expected: Vec3) -> Result<Vec3> {
-        let is_exact = self.from.byte(EXACT_POINTS)? == 1;
+    fn position(&mut self, _: u32, expected: Vec3, known: &mut Option<Vec3>) -> Result<Vec3> {
+        let told = self.from.byte(EXACT_POINTS)?;
+        if told == KNOWN {
+            return known.ok_or(Damage::Changed);
+        }
         let (coding, mut position) = (self.form.position, expected.to_array());
         for (at, x) in position.iter_mut().enumerate() {
             let column = POSITIONS + at * COLUMNS;
-            *x = match is_exact {
-                true => coding.get(self.from, column, *x)?,
-                false => coding.get_near(self.from, column, *x)?,
+            *x = match told {
+                EXACT => coding.get(self.from, column, *x)?,
+                NEAR => coding.get_near(self.from, column, *x)?,
+                _ => return Err(Damage::Changed),
             };
         }
         finite(&position)?;
-        Ok(position.into())
+        let position = position.into();
+        if told == EXACT {
+            *known = Some(position);
+        }
+        Ok(position)
     }
 
-    fn row(&mut self, _: u32, row: &mut [f32]) -> Result<()> {
-        let (is_exact, layout) = (self.from.byte(EXACT_WEDGES)? == 1, self.form.layout);
-        for (at, coding) in self.form.row.iter().enumerate() {
-            let column = ROWS + at * COLUMNS;
-            row[at] = match is_exact {
-                true => coding.get(self.from, column, expected(layout, row, at))?,
-                false => coding.get_near(self.from, column, row[at])?,
+    fn row(&mut self, _: u32, row: &mut [f32], known: Option<&[f32]>) -> Result<bool> {
+        let (told, layout) = (self.from.byte(EXACT_WEDGES)?, self.form.layout);
+        if told == KNOWN {
+            row.copy_from_slice(known.ok_or(Damage::Changed)?);
+            return Ok(true);
+        }
+        for own in in_order(layout, row) {
+            let (coding, column) = (self.form.row[own[0]], ROWS + own[1] * COLUMNS);
+            let expected = expected(layout, row, own);
+            row[own[0]] = match told {
+                EXACT => coding.get(self.from, column, expected)?,
+                NEAR => coding.get_near(self.from, column, expected)?,
+                _ => return Err(Damage::Changed),
             };
         }
-        if !is_exact {
+        if told == NEAR {
             to_unit(layout, row);
         }
-        finite(row)
+        finite(row)?;
+        Ok(told == EXACT)
     }
 
     fn carried(&mut self, _: u32, group: u32, bytes: &mut [u8]) -> Result<()> {
@@ -57,15 +72,33 @@ fn finite(values: &[f32]) -> Result<()> {
     if values.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(Damage::Changed) }
 }
 
-/// What is expected of an exact value of a row once those before it are known: the last of a normal follows
-/// from the others.
-fn expected(layout: Layout, row: &[f32], at: usize) -> f32 {
-    if layout.normal && at == layout.normal() + 2 {
-        let [x, y] = [row[at - 2], row[at - 1]].map(f64::from);
-        let z = (1.0 - x * x - y * y).max(0.0).sqrt() as f32;
-        return z.copysign(row[at]);
+/// The floats of a row in the order in which they are told, each with the one whose columns it goes into: the largest
+/// of a normal comes last, since it follows from the others.
+fn in_order(layout: Layout, row: &[f32]) -> impl Iterator<Item = [usize; 2]> + use<> {
+    let start = layout.normal();
+    let normal = if layout.normal { start..start + 3 } else { 0..0 };
+    let largest = normal
+        .clone()
+        .fold(start, |largest, at| if row[at].abs() > row[largest].abs() { at } else { largest });
+    (0..row.len()).map(move |place| {
+        let at = match place {
+            _ if !normal.contains(&place) => place,
+            _ if place + 1 == normal.end => largest,
+            _ => place + usize::from(place >= largest),
+        };
+        [at, place]
+    })
+}
+
+/// What is expected of a value of a row, told in a place, once those before it are known.
+fn expected(layout: Layout, row: &[f32], [at, place]: [usize; 2]) -> f32 {
+    let start = layout.normal();
+    if !layout.normal || place != start + 2 {
+        return row[at];
     }
-    row[at]
+    let others = (start..start + 3).filter(|&own| own != at).map(|own| f64::from(row[own]));
+    let rest = 1.0 - others.map(|x| x * x).sum::<f64>();
+    (rest.max(0.0).sqrt() as f32).copysign(row[at])
 }
 
 /// Values of a mesh, written. What is written is what a reader makes of it.
@@ -83,43 +116,54 @@ pub(super) struct WriteValues<'a> {
 }
 
 impl Values for WriteValues<'_> {
-    fn position(&mut self, point: u32, expected: Vec3) -> Result<Vec3> {
+    fn position(&mut self, point: u32, expected: Vec3, known: &mut Option<Vec3>) -> Result<Vec3> {
         let name = self.points[point as usize];
-        let position = self.mesh.positions[name].to_array();
-        let is_exact = is_same(&position, &self.source.positions[name].to_array());
-        self.out.byte(EXACT_POINTS, u8::from(is_exact));
-        let (coding, mut told) = (self.form.position, expected.to_array());
-        for (at, x) in told.iter_mut().enumerate() {
+        let own = self.mesh.positions[name];
+        let position = own.to_array();
+        let told = told(&position, &self.source.positions[name].to_array(), known.is_some());
+        self.out.byte(EXACT_POINTS, told);
+        if told == KNOWN {
+            return Ok(own);
+        }
+        let (coding, mut near) = (self.form.position, expected.to_array());
+        for (at, x) in near.iter_mut().enumerate() {
             let column = POSITIONS + at * COLUMNS;
             let values = [position[at], *x];
-            if is_exact {
-                coding.put(self.out, column, values);
-                *x = position[at];
-            } else {
-                *x = coding.put_near(self.out, column, values);
+            match told {
+                EXACT => coding.put(self.out, column, values),
+                _ => *x = coding.put_near(self.out, column, values),
             }
         }
-        Ok(told.into())
+        if told == EXACT {
+            *known = Some(own);
+            return Ok(own);
+        }
+        Ok(near.into())
     }
 
-    fn row(&mut self, wedge: u32, row: &mut [f32]) -> Result<()> {
+    fn row(&mut self, wedge: u32, row: &mut [f32], known: Option<&[f32]>) -> Result<bool> {
         let (name, layout) = (self.wedges[wedge as usize], self.form.layout);
         let own = self.mesh.row(name);
-        let is_exact = is_same(own, self.source.row(name));
-        self.out.byte(EXACT_WEDGES, u8::from(is_exact));
-        for (at, coding) in self.form.row.iter().enumerate() {
-            let column = ROWS + at * COLUMNS;
-            if is_exact {
-                coding.put(self.out, column, [own[at], expected(layout, row, at)]);
+        let told = told(own, self.source.row(name), known.is_some());
+        self.out.byte(EXACT_WEDGES, told);
+        if told == KNOWN {
+            row.copy_from_slice(own);
+            return Ok(true);
+        }
+        for [at, place] in in_order(layout, row) {
+            let (coding, column) = (self.form.row[at], ROWS + place * COLUMNS);
+            let values = [own[at], expected(layout, row, [at, place])];
+            if told == EXACT {
+                coding.put(self.out, column, values);
                 row[at] = own[at];
             } else {
-                row[at] = coding.put_near(self.out, column, [own[at], row[at]]);
+                row[at] = coding.put_near(self.out, column, values);
             }
         }
-        if !is_exact {
+        if told == NEAR {
             to_unit(layout, row);
         }
-        Ok(())
+        Ok(told == EXACT)
     }
 
     fn carried(&mut self, wedge: u32, group: u32, bytes: &mut [u8]) -> Result<()> {
@@ -134,6 +178,29 @@ impl Values for WriteValues<'_> {
     }
 }
 
-fn is_same(a: &[f32], b: &[f32]) -> bool {
-    a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits())
+/// How a value is told that is to be this, where the source has that.
+fn told(own: &[f32], source: &[f32], is_known: bool) -> u8 {
+    let is_source = own.iter().zip(source).all(|(a, b)| a.to_bits() == b.to_bits());
+    match (is_source, is_known) {
+        (false, _) => NEAR,
+        (true, false) => EXACT,
+        (true, true) => KNOWN,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_largest_of_a_normal_comes_last_and_follows_from_the_others() {
+        let layout = Layout { uv_sets: 1, normal: true, color: 0 };
+        let row = [0.9, 0.8, 0.1, -0.7, 0.2];
+        let order: Vec<[usize; 2]> = in_order(layout, &row).collect();
+        assert_eq!(order, [[0, 0], [1, 1], [2, 2], [4, 3], [3, 4]]);
+        let told = [0.9, 0.8, 0.6, -0.7, 0.0];
+        assert!((expected(layout, &told, [3, 4]) + 0.8).abs() < 1e-6);
+        assert_eq!(expected(layout, &told, [2, 2]), 0.6, "the others as they are");
+        assert_eq!(in_order(Layout::default(), &[]).count(), 0);
+    }
 }

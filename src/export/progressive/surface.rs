@@ -11,6 +11,7 @@ use super::script::{
     CENTER, CORNERS, GROUPS, MOVED, NEW_POINT, NEW_WEDGE, NUMBERED_POINT, NUMBERED_WEDGE, NUMBERS,
     POINTS, SPLIT_POINT, Symbols, TRIANGLES, WEDGES,
 };
+use super::told::{Known, Values, to_unit};
 
 /// A surface as it is by now.
 #[derive(Clone, Debug, Default)]
@@ -29,6 +30,7 @@ pub(super) struct Surface {
     pub(super) strides: Vec<usize>,
     /// Per point: its corners.
     corners: Vec<Vec<u32>>,
+    known: Known,
     way: Way,
 }
 
@@ -78,16 +80,6 @@ pub(super) struct NewWedge {
     pub(super) like: Option<u32>,
     /// Whether both were one before.
     pub(super) was_one: bool,
-}
-
-/// A place that values come from.
-pub(super) trait Values {
-    /// The position of a point that is expected at a place.
-    fn position(&mut self, point: u32, expected: Vec3) -> Result<Vec3>;
-    /// The row of a wedge, in the place of what is expected.
-    fn row(&mut self, wedge: u32, row: &mut [f32]) -> Result<()>;
-    /// What else a wedge of a group carries, in the place of what is expected.
-    fn carried(&mut self, wedge: u32, group: u32, bytes: &mut [u8]) -> Result<()>;
 }
 
 impl Surface {
@@ -240,6 +232,7 @@ impl Surface {
             SPLIT_POINT => local.center.ok_or(Damage::Changed),
             NEW_POINT => {
                 self.positions.push(Vec3::ZERO);
+                self.known.add_point();
                 self.corners.push(Vec::new());
                 self.way
                     .point_ends
@@ -262,6 +255,7 @@ impl Surface {
         self.wedge_points.push(point);
         self.wedge_groups.push(group);
         self.rows.resize(self.wedge_points.len() * width, 0.0);
+        self.known.add_wedge();
         self.way.wedge_ends.push(None);
         self.wedge_points.len() as u32 - 1
     }
@@ -271,20 +265,19 @@ impl Surface {
         let before = changes.center.map(|point| self.positions[point as usize]);
         let mut expected = before.unwrap_or_default();
         if let (Some(point), Some(before)) = (changes.center, before) {
-            let position = from.position(point, before)?;
-            self.positions[point as usize] = position;
+            let position = self.place_point(point, before, from)?;
             expected = 2.0 * before - position;
         }
         for point in changes.first_point..self.positions.len() as u32 {
-            let position = from.position(point, expected)?;
-            self.positions[point as usize] = position;
+            let position = self.place_point(point, expected, from)?;
             expected = before.unwrap_or(position);
         }
         let width = self.layout.len();
         let mut was: Vec<(u32, Vec<f32>)> = Vec::new();
         for &wedge in &changes.moved {
-            was.push((wedge, self.row(wedge).to_vec()));
-            from.row(wedge, &mut self.rows[wedge as usize * width..][..width])?;
+            let mut row = self.row(wedge).to_vec();
+            was.push((wedge, row.clone()));
+            self.place_row(wedge, &mut row, from)?;
         }
         for new in &changes.wedges {
             let mut row = new.like.map_or(vec![0.0; width], |like| self.row(like).to_vec());
@@ -292,8 +285,7 @@ impl Surface {
             if let Some((_, before)) = before {
                 row.iter_mut().zip(before).for_each(|(x, before)| *x = 2.0 * before - *x);
             }
-            from.row(new.wedge, &mut row)?;
-            self.rows[new.wedge as usize * width..][..width].copy_from_slice(&row);
+            self.place_row(new.wedge, &mut row, from)?;
             let group = self.wedge_groups[new.wedge as usize];
             let mut bytes = new.like.map_or_else(
                 || vec![0; self.strides[group as usize]],
@@ -311,21 +303,34 @@ impl Surface {
         Ok(())
     }
 
+    /// Gives a point its position.
+    fn place_point(&mut self, point: u32, expected: Vec3, from: &mut impl Values) -> Result<Vec3> {
+        let position = self.known.position(point, expected, from)?;
+        self.positions[point as usize] = position;
+        Ok(position)
+    }
+
+    /// Gives a wedge its row, in the place of what is expected.
+    fn place_row(&mut self, wedge: u32, row: &mut [f32], from: &mut impl Values) -> Result<()> {
+        self.known.row(wedge, row, from)?;
+        self.rows[wedge as usize * row.len()..][..row.len()].copy_from_slice(row);
+        Ok(())
+    }
+
     /// Takes the surface back from a level: all points and wedges get other values. So many splits lead on
     /// to the level before.
     pub(super) fn unsettle(&mut self, span: u32, from: &mut impl Values) -> Result<()> {
         let (points, wedges) = (self.positions.len() as u32, self.wedge_points.len() as u32);
         let mut way = Way { span, ..Way::default() };
-        for (at, position) in (0..).zip(&mut self.positions) {
-            let before = from.position(at, *position)?;
-            way.moves.push(std::mem::replace(position, before) - before);
+        for point in 0..points {
+            let settled = self.positions[point as usize];
+            way.moves.push(settled - self.place_point(point, settled, from)?);
         }
-        let width = self.layout.len();
         for wedge in 0..wedges {
-            let row = &mut self.rows[wedge as usize * width..][..width];
-            let settled = row.to_vec();
-            from.row(wedge, row)?;
-            way.row_moves.extend(settled.iter().zip(&*row).map(|(settled, own)| settled - own));
+            let settled = self.row(wedge).to_vec();
+            let mut row = settled.clone();
+            self.place_row(wedge, &mut row, from)?;
+            way.row_moves.extend(settled.iter().zip(&row).map(|(settled, own)| settled - own));
         }
         way.point_ends = (0..points).map(Some).collect();
         way.wedge_ends = (0..wedges).map(Some).collect();
@@ -387,14 +392,5 @@ impl Surface {
         let at_point = self.corners[point as usize].iter().map(|&corner| self.corner(corner));
         let elders = at_point.filter(|&own| own < wedge);
         elders.filter(|&own| self.wedge_groups[own as usize] == group).min()
-    }
-}
-
-/// Makes the normal of a row a unit vector.
-pub(super) fn to_unit(layout: Layout, row: &mut [f32]) {
-    if layout.normal {
-        let normal = &mut row[layout.normal()..][..3];
-        let unit = Vec3::from_slice(normal).normalize_or(Vec3::Z);
-        normal.copy_from_slice(&unit.to_array());
     }
 }
