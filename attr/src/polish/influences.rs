@@ -147,10 +147,7 @@ fn solve(
     let mut area = 0.0;
     for Sample { triangle, shares, area: own, .. } in samples {
         area += own;
-        for k in 0..3 {
-            elements[*triangle].corners[k] += own * shares[k] * shares[k];
-            elements[*triangle].edges[k] += own * shares[k] * shares[(k + 1) % 3];
-        }
+        elements[*triangle].add(DVec3::from_array(*shares), *own);
     }
     let offs: Vec<(u32, usize, f64)> = samples
         .iter()

@@ -133,7 +133,7 @@ impl Polish {
             pairs = pairs.follow(source, &Sheet::new(level, Arc::clone(&neighbors)));
         }
         let damping = self.attribute_damping;
-        attributes::fit(source, level, pairs.all, guards.locked, damping);
+        attributes::fit(source, level, &pairs.all, guards.locked, damping);
     }
 
     pub(crate) fn check(&self) -> Result<()> {

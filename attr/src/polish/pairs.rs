@@ -35,6 +35,7 @@ impl<'a> Source<'a> {
     }
 
     /// How many times a pair counts: the importance of its place on the source.
+    #[inline]
     pub(super) fn weight(&self, pair: &Pair) -> f64 {
         if self.importance.is_empty() {
             return 1.0;
@@ -46,6 +47,9 @@ impl<'a> Source<'a> {
 
     /// That of all of them.
     pub(super) fn total_weight(&self, pairs: &[Pair]) -> f64 {
+        if self.importance.is_empty() {
+            return pairs.len() as f64;
+        }
         pairs.iter().map(|pair| self.weight(pair)).sum()
     }
 }

@@ -16,6 +16,8 @@ use crate::shape::{is_worse_sliver, turns};
 
 const ITERATIONS: usize = 30;
 const TOLERANCE: f64 = 1e-3;
+/// Triangles that one thread sums up at least.
+const AT_ONCE: usize = 256;
 
 /// A level as it was before the polish, and what stays through all rounds.
 pub(super) struct Descended<'a> {
@@ -63,15 +65,14 @@ pub(super) fn fit(
         Buckets::new(pairs.all.iter().map(|pair| pair.level.triangle.0), mesh.triangles.len());
     let (elements, right): (Vec<_>, Vec<_>) = (0..mesh.triangles.len())
         .into_par_iter()
-        .map(|triangle| {
-            let rows = by_triangle.of(triangle).iter().map(|&at| row(source, level, pairs, at));
-            element(rows)
-        })
+        .with_min_len(AT_ONCE)
+        .map(|triangle| equations(source, level, pairs, triangle, by_triangle.of(triangle)))
         .unzip();
     let damping = damping * source.total_weight(&pairs.all) / mesh.positions.len() as f64;
     let system = System::new(graph, &elements, damping);
     drop(elements);
-    let moves = system.solve(&graph.sum_corners(&right), free, ITERATIONS, TOLERANCE);
+    let right = graph.sum_corners(|corner| right.as_flattened()[corner].as_dvec3());
+    let moves = system.solve(&right, free, ITERATIONS, TOLERANCE);
     let moved =
         mesh.positions.iter().zip(&moves).map(|(p, by)| (p.as_dvec3() + *by).as_vec3()).collect();
     let moved = keep_shape(mesh, descended, keep_near(mesh, descended, moved));
@@ -82,42 +83,51 @@ pub(super) fn fit(
     }
 }
 
-/// A distance to a plane and how many times it counts, felt by the corners of one triangle of the level.
-struct Row {
-    barycentrics: DVec3,
-    normal: DVec3,
-    /// The distance of the level along the normal.
-    offset: f64,
-    weight: f64,
-}
-
-/// The distance of pair `at`, along the normal of the face that was found.
-fn row(source: &Source<'_>, level: &Sheet<'_>, pairs: &Pairs, at: u32) -> Row {
-    let pair = pairs.all[at as usize];
-    let found_on_level = (at as usize) < pairs.there;
-    let normal = if found_on_level {
-        level.normals[pair.level.triangle]
-    } else {
-        source.sheet.normals[pair.source.triangle]
-    };
-    let off = level.place(&pair.level) - source.sheet.place(&pair.source);
-    let (barycentrics, weight) = (pair.level.barycentrics(), source.weight(&pair));
-    Row { barycentrics, normal, offset: normal.dot(off), weight }
-}
-
-/// The normal equations of the rows on one triangle.
-fn element(rows: impl Iterator<Item = Row>) -> (Element<Symmetric>, [DVec3; 3]) {
+/// The normal equations of the pairs on one triangle. A pair found on the level has the normal of this
+/// triangle, so that of those only the products of barycentrics are summed; any other has the normal of
+/// its triangle of the source. Either plane is as far away as any of its points, such as a corner.
+fn equations(
+    source: &Source<'_>,
+    level: &Sheet<'_>,
+    pairs: &Pairs,
+    triangle: usize,
+    own: &[u32],
+) -> (Element<Symmetric>, [Vec3; 3]) {
     let (mut element, mut right) = (Element::default(), [DVec3::ZERO; 3]);
-    for row in rows {
-        let b = row.barycentrics;
-        for slot in 0..3 {
-            let weight = row.weight * b[slot];
-            element.corners[slot] += Symmetric::outer(row.normal, weight * b[slot]);
-            element.edges[slot] += Symmetric::outer(row.normal, weight * b[(slot + 1) % 3]);
-            right[slot] -= row.normal * (weight * row.offset);
+    let (mut products, mut offsets) = (Element::<f64>::default(), DVec3::ZERO);
+    let corners = level.mesh.triangle_positions(triangle).map(Vec3::as_dvec3);
+    let normal = level.normals[triangle];
+    for &at in own {
+        let pair = &pairs.all[at as usize];
+        let (b, weight) = (pair.level.barycentrics(), source.weight(pair));
+        if (at as usize) < pairs.there {
+            products.add(b, weight);
+            let offset = normal.dot(corners[0] - source.sheet.place(&pair.source));
+            offsets += b * (weight * offset);
+        } else {
+            let plane = source.sheet.mesh.triangle_points(pair.source.triangle.index())[0];
+            let from = source.sheet.mesh.positions[plane].as_dvec3();
+            let place = corners[0] * b.x + corners[1] * b.y + corners[2] * b.z;
+            let normal = source.sheet.normals[pair.source.triangle];
+            let mut one = Element::default();
+            one.add(b, weight);
+            add_outer(&mut element, normal, &one);
+            let offset = weight * normal.dot(place - from);
+            (0..3).for_each(|slot| right[slot] -= normal * (b[slot] * offset));
         }
     }
-    (element, right)
+    add_outer(&mut element, normal, &products);
+    (0..3).for_each(|slot| right[slot] -= normal * offsets[slot]);
+    (element, right.map(DVec3::as_vec3))
+}
+
+/// Adds products of barycentrics, each times n nᵀ.
+#[inline]
+fn add_outer(element: &mut Element<Symmetric>, normal: DVec3, products: &Element<f64>) {
+    for slot in 0..3 {
+        element.corners[slot] += Symmetric::outer(normal, products.corners[slot]);
+        element.edges[slot] += Symmetric::outer(normal, products.edges[slot]);
+    }
 }
 
 /// All points but those of borders, of edges with more than two triangles, and `locked` ones.

@@ -7,7 +7,7 @@
 
 use std::ops::{Add, AddAssign, Mul, Sub};
 
-use glam::DVec3;
+use glam::{DVec3, DVec4, Vec3Swizzles as _};
 use rayon::prelude::*;
 
 use crate::buckets::Buckets;
@@ -41,45 +41,58 @@ impl Unknown for DVec3 {
     }
 }
 
+/// Four unknowns that share one matrix.
+impl Unknown for DVec4 {
+    fn dot(self, other: Self) -> f64 {
+        self.dot(other)
+    }
+}
+
 /// A block of the matrix: the coupling of two vertices, or of one with itself.
 pub(super) trait Block: Copy + Default + Send + Sync + AddAssign {
-    type Vector: Unknown;
     /// Plus `by` times the identity.
     fn damped(self, by: f64) -> Self;
-    fn apply(&self, v: Self::Vector) -> Self::Vector;
+}
+
+/// What a block does with unknowns of a kind.
+pub(super) trait Couples<V: Unknown>: Block {
+    fn apply(&self, v: V) -> V;
     /// The vector that this block maps to `v`; zero if there is none.
-    fn solve(&self, v: Self::Vector) -> Self::Vector;
+    fn solve(&self, v: V) -> V;
 }
 
 impl Block for f64 {
-    type Vector = Self;
-
     fn damped(self, by: f64) -> Self {
         self + by
     }
+}
 
-    fn apply(&self, v: Self) -> Self {
-        self * v
+impl<V: Unknown> Couples<V> for f64 {
+    fn apply(&self, v: V) -> V {
+        v * *self
     }
 
-    fn solve(&self, v: Self) -> Self {
-        if *self > 0.0 { v / self } else { 0.0 }
+    fn solve(&self, v: V) -> V {
+        if *self > 0.0 { v * (1.0 / self) } else { V::default() }
     }
 }
 
-/// A symmetric 3 × 3 matrix: xx, xy, xz, yy, yz, zz.
+/// A symmetric 3 × 3 matrix: xx, xy, xz, yy, yz, zz. In f32, as memory is what a product waits for.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Symmetric(pub(super) [f64; 6]);
+pub(super) struct Symmetric([f32; 6]);
 
 impl Symmetric {
     /// `weight` times n nᵀ.
+    #[inline]
     pub(super) fn outer(n: DVec3, weight: f64) -> Self {
         let w = n * weight;
-        Self([w.x * n.x, w.x * n.y, w.x * n.z, w.y * n.y, w.y * n.z, w.z * n.z])
+        let all = [w.x * n.x, w.x * n.y, w.x * n.z, w.y * n.y, w.y * n.z, w.z * n.z];
+        Self(all.map(|x| x as f32))
     }
 }
 
 impl AddAssign for Symmetric {
+    #[inline]
     fn add_assign(&mut self, other: Self) {
         for (mine, theirs) in self.0.iter_mut().zip(other.0) {
             *mine += theirs;
@@ -88,15 +101,16 @@ impl AddAssign for Symmetric {
 }
 
 impl Block for Symmetric {
-    type Vector = DVec3;
-
     fn damped(mut self, by: f64) -> Self {
-        [0, 3, 5].into_iter().for_each(|at| self.0[at] += by);
+        [0, 3, 5].into_iter().for_each(|at| self.0[at] += by as f32);
         self
     }
+}
 
+impl Couples<DVec3> for Symmetric {
+    #[inline]
     fn apply(&self, v: DVec3) -> DVec3 {
-        let [xx, xy, xz, yy, yz, zz] = self.0;
+        let [xx, xy, xz, yy, yz, zz] = self.0.map(f64::from);
         DVec3::new(
             xx * v.x + xy * v.y + xz * v.z,
             xy * v.x + yy * v.y + yz * v.z,
@@ -104,8 +118,9 @@ impl Block for Symmetric {
         )
     }
 
+    #[inline]
     fn solve(&self, v: DVec3) -> DVec3 {
-        let [xx, xy, xz, yy, yz, zz] = self.0;
+        let [xx, xy, xz, yy, yz, zz] = self.0.map(f64::from);
         let rows = [DVec3::new(xx, xy, xz), DVec3::new(xy, yy, yz), DVec3::new(xz, yz, zz)];
         let cofactors = [rows[1].cross(rows[2]), rows[2].cross(rows[0]), rows[0].cross(rows[1])];
         let determinant = rows[0].dot(cofactors[0]);
@@ -155,7 +170,7 @@ impl Graph {
     }
 
     /// One per vertex: the sum over its corners.
-    pub(super) fn sum_corners<V: Unknown>(&self, corners: &[[V; 3]]) -> Vec<V> {
+    pub(super) fn sum_corners<V: Unknown>(&self, of_corner: impl Fn(usize) -> V + Sync) -> Vec<V> {
         (0..self.vertices())
             .into_par_iter()
             .with_min_len(CHUNK)
@@ -164,10 +179,23 @@ impl Graph {
                 self.corners
                     .of(vertex)
                     .iter()
-                    .for_each(|&c| sum += corners.as_flattened()[c as usize]);
+                    .for_each(|&corner| sum += of_corner(corner as usize));
                 sum
             })
             .collect()
+    }
+
+    /// `values`, one per neighbor of each vertex, cut after every `CHUNK` vertices.
+    fn cut<'b, T>(&self, mut values: &'b mut [T]) -> Vec<&'b mut [T]> {
+        let mut cut = Vec::new();
+        for first in (0..self.vertices()).step_by(CHUNK) {
+            let last = (first + CHUNK).min(self.vertices());
+            let len = (self.neighbor_starts[last] - self.neighbor_starts[first]) as usize;
+            let (own, rest) = values.split_at_mut(len);
+            cut.push(own);
+            values = rest;
+        }
+        cut
     }
 }
 
@@ -176,6 +204,25 @@ impl Graph {
 pub(super) struct Element<B> {
     pub(super) corners: [B; 3],
     pub(super) edges: [B; 3],
+}
+
+impl Element<f64> {
+    /// Adds the products of a sample's barycentrics, as many times as it counts.
+    #[inline]
+    pub(super) fn add(&mut self, b: DVec3, weight: f64) {
+        let w = b * weight;
+        for (own, product) in self.corners.iter_mut().zip((w * b).to_array()) {
+            *own += product;
+        }
+        for (own, product) in self.edges.iter_mut().zip((w * b.yzx()).to_array()) {
+            *own += product;
+        }
+    }
+
+    /// The weight of all samples: barycentrics sum to 1.
+    pub(super) fn weight(&self) -> f64 {
+        self.corners.iter().sum::<f64>() + 2.0 * self.edges.iter().sum::<f64>()
+    }
 }
 
 /// A matrix over a mesh.
@@ -189,21 +236,23 @@ pub(super) struct System<'a, B> {
 impl<'a, B: Block> System<'a, B> {
     /// Sums the elements, one per triangle, plus `damping` on the diagonal.
     pub(super) fn new(graph: &'a Graph, elements: &[Element<B>], damping: f64) -> Self {
-        let rows: Vec<(B, Vec<B>)> = (0..graph.vertices())
-            .into_par_iter()
-            .with_min_len(CHUNK)
-            .map(|vertex| row(graph, elements, damping, vertex))
-            .collect();
-        let mut system = Self { graph, diagonal: Vec::with_capacity(rows.len()), off: Vec::new() };
-        system.off.reserve(graph.neighbors.len());
-        for (diagonal, off) in rows {
-            system.diagonal.push(diagonal);
-            system.off.extend(off);
-        }
-        system
+        let mut diagonal = vec![B::default().damped(damping); graph.vertices()];
+        let mut off = vec![B::default(); graph.neighbors.len()];
+        let chunks = diagonal.par_chunks_mut(CHUNK).zip(graph.cut(&mut off)).enumerate();
+        chunks.for_each(|(chunk, (diagonal, mut off))| {
+            for (vertex, diagonal) in (chunk * CHUNK..).zip(diagonal) {
+                let (own, rest) = off.split_at_mut(graph.neighbors(vertex).len());
+                fill_row(graph, elements, vertex, diagonal, own);
+                off = rest;
+            }
+        });
+        Self { graph, diagonal, off }
     }
 
-    fn apply(&self, v: &[B::Vector]) -> Vec<B::Vector> {
+    fn apply<V: Unknown>(&self, v: &[V]) -> Vec<V>
+    where
+        B: Couples<V>,
+    {
         (0..self.diagonal.len())
             .into_par_iter()
             .with_min_len(CHUNK)
@@ -220,23 +269,24 @@ impl<'a, B: Block> System<'a, B> {
     /// The solution for the right-hand side `right`, started from zero, in at most `iterations`
     /// steps, or until the residual has shrunk to `tolerance` of what it was. Zero where `free` is
     /// not set.
-    pub(super) fn solve(
+    pub(super) fn solve<V: Unknown>(
         &self,
-        right: &[B::Vector],
+        right: &[V],
         free: &[bool],
         iterations: usize,
         tolerance: f64,
-    ) -> Vec<B::Vector> {
-        let mask = |v: &mut Vec<B::Vector>| {
-            v.iter_mut()
-                .zip(free)
-                .filter(|(_, free)| !**free)
-                .for_each(|(v, _)| *v = B::Vector::default());
+    ) -> Vec<V>
+    where
+        B: Couples<V>,
+    {
+        let mask = |v: &mut Vec<V>| {
+            v.iter_mut().zip(free).filter(|(_, free)| !**free).for_each(|(v, _)| *v = V::default());
         };
-        let precondition = |r: &[B::Vector]| -> Vec<B::Vector> {
-            r.iter().zip(&self.diagonal).map(|(r, block)| block.solve(*r)).collect()
+        let precondition = |r: &[V]| -> Vec<V> {
+            let pairs = r.par_iter().zip(&self.diagonal).with_min_len(CHUNK);
+            pairs.map(|(r, block)| block.solve(*r)).collect()
         };
-        let mut solution = vec![B::Vector::default(); right.len()];
+        let mut solution = vec![V::default(); right.len()];
         let mut residual = right.to_vec();
         mask(&mut residual);
         let mut step = precondition(&residual);
@@ -268,19 +318,19 @@ impl<'a, B: Block> System<'a, B> {
     }
 }
 
-fn row<B: Block>(
+/// Sums the row of a vertex: its block on the diagonal, and one for each of its neighbors.
+fn fill_row<B: Block>(
     graph: &Graph,
     elements: &[Element<B>],
-    damping: f64,
     vertex: usize,
-) -> (B, Vec<B>) {
+    diagonal: &mut B,
+    off: &mut [B],
+) {
     let neighbors = &graph.neighbors[graph.neighbors(vertex)];
-    let (mut diagonal, mut off) =
-        (B::default().damped(damping), vec![B::default(); neighbors.len()]);
     for &corner in graph.corners.of(vertex) {
         let (triangle, slot) = (corner as usize / 3, corner as usize % 3);
         let element = &elements[triangle];
-        diagonal += element.corners[slot];
+        *diagonal += element.corners[slot];
         for (other, edge) in [((slot + 1) % 3, slot), ((slot + 2) % 3, (slot + 2) % 3)] {
             let other = graph.triangles[triangle][other];
             if let Ok(at) = neighbors.binary_search(&other) {
@@ -288,7 +338,6 @@ fn row<B: Block>(
             }
         }
     }
-    (diagonal, off)
 }
 
 fn dot<V: Unknown>(a: &[V], b: &[V]) -> f64 {
@@ -347,5 +396,6 @@ mod tests {
         let v = DVec3::new(1.0, -2.0, 3.0);
         assert!((block.solve(block.apply(v)) - v).length() < 1e-12);
         assert_eq!(Symmetric::default().solve(v), DVec3::ZERO);
+        assert_eq!(2.0.solve(2.0.apply(DVec4::ONE)), DVec4::ONE);
     }
 }
