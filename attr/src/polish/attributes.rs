@@ -1,8 +1,11 @@
 //! Attributes fitted to what the source has at the nearest points.
 
+use std::sync::Arc;
+
 use glam::{DVec2, DVec3, DVec4, Vec4};
 use rayon::prelude::*;
 
+use super::fans::Fans;
 use super::pairs::{Pair, Source};
 use super::system::{Element, Graph, System};
 use crate::buckets::Buckets;
@@ -29,10 +32,8 @@ pub(super) fn fit(
     if attributes == 0 {
         return;
     }
-    let graph = Graph::new(
-        level.triangles.iter().map(|wedges| wedges.map(|w| w.0)).collect(),
-        level.wedge_points.len(),
-    );
+    let wedges = level.triangles.iter().map(|wedges| wedges.map(|w| w.0));
+    let graph = Graph::new(Arc::new(Fans::new(wedges.collect(), level.wedge_points.len())));
     let equations = Equations::of(from, level, pairs);
     let weight: f64 = equations.elements.iter().map(Element::weight).sum();
     let damping = damping * weight / level.wedge_points.len() as f64;

@@ -11,9 +11,12 @@
 //! over samples of the level, with w(s) the weight at their place on the source. A joint stays with the points
 //! whose triangles it moves on the source. Points that stand on one of the source hold still.
 
+use std::sync::Arc;
+
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
+use super::fans::Fans;
 use super::system::{Element, Graph, System};
 use crate::buckets::Buckets;
 use crate::chain::Level;
@@ -156,7 +159,7 @@ fn solve(
         .collect();
     let joints = offs.iter().map(|&(joint, ..)| joint as usize + 1).max().unwrap_or(0);
     let by_joint = Buckets::new(offs.iter().map(|&(joint, ..)| joint), joints);
-    let graph = Graph::new(triangles, points);
+    let graph = Graph::new(Arc::new(Fans::new(triangles, points)));
     let system = System::new(&graph, &elements, DAMPING * area / points as f64);
     let fit = |joint: usize| {
         let (mut right, mut near) = (vec![0.0; points], vec![false; points]);

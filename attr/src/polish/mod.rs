@@ -21,6 +21,7 @@
 //! distance falls.
 
 mod attributes;
+mod fans;
 pub(crate) mod influences;
 mod pairs;
 mod positions;
@@ -36,10 +37,11 @@ use crate::error::{Error, Result};
 use crate::facing::Facing;
 use crate::id::PointId;
 use crate::mesh::Mesh;
+use fans::Fans;
 use pairs::Pairs;
 pub(crate) use pairs::Source;
 use positions::Descended;
-use sheet::{Sheet, neighbors};
+use sheet::Sheet;
 
 /// Triangles of a level that get all their samples, and how few of theirs those beyond get. Many
 /// triangles are small ones, and need less to be fitted: levels of a displaced sphere of 499,000,
@@ -125,13 +127,16 @@ impl Polish {
     /// Fits the positions and attributes of `level` to `source`, in the same units and layout.
     pub(crate) fn fit(&self, source: &Source<'_>, level: &mut Mesh, guards: &Guards<'_>) {
         let count = self.samples(level.triangles.len());
-        let (neighbors, descended) = (neighbors(level), Descended::new(level, guards));
-        let mut pairs = Pairs::new(source, &Sheet::new(level, Arc::clone(&neighbors)), count);
+        let fans = Arc::new(Fans::of(level));
+        let descended = Descended::new(level, Arc::clone(&fans), guards);
+        let sheet = Sheet::new(level, Arc::clone(&fans));
+        let mut pairs = Pairs::new(source, &sheet, guards.point_sources, count);
         for _ in 0..self.rounds {
-            let sheet = Sheet::new(level, Arc::clone(&neighbors));
+            let sheet = Sheet::new(level, Arc::clone(&fans));
             level.positions = positions::fit(source, &sheet, &pairs, &descended, self.damping);
-            pairs = pairs.follow(source, &Sheet::new(level, Arc::clone(&neighbors)));
+            pairs = pairs.follow(source, &Sheet::new(level, Arc::clone(&fans)));
         }
+        pairs = pairs.follow_back(source, &Sheet::new(level, fans));
         let damping = self.attribute_damping;
         attributes::fit(source, level, &pairs.all, guards.locked, damping);
     }

@@ -1,10 +1,13 @@
 //! Pairs of points of two surfaces that belong together.
 
+use std::sync::{Arc, OnceLock};
+
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::sheet::{Sheet, SurfacePoint, neighbors};
-use crate::id::TriangleId;
+use super::fans::{Fans, NONE};
+use super::sheet::{Sheet, SurfacePoint};
+use crate::id::{PointId, TriangleId};
 use crate::mesh::Mesh;
 use crate::sample::Samples;
 use crate::surface::Surface;
@@ -18,20 +21,36 @@ const AT_ONCE: usize = 256;
 /// of a bag at 1,124 triangles away by a sixth of its height. Lab note (command of [`super::Polish`]):
 /// luminance, distance and color over those with all pairs, geometric mean, are 0.992, 0.998 and 1.007
 /// with 10; 0.995, 0.994 and 0.994 with 20; 0.997, 0.994 and 1.001 with 40.
-const MAX_SPACINGS: f64 = 20.0;
+const MAX_SPACINGS: f32 = 20.0;
+
+/// Pairs found by a walk that are farther apart than so many times the mean, and than such a share of the
+/// longest side of the level's triangle, are looked for everywhere: the walk may have ended on a side of a
+/// fold, or in what once was another shell.
+const LOST_SPACINGS: f32 = 4.0;
+const LOST_SIDE: f64 = 0.25;
+/// Where fewer pairs are lost than one for so many triangles, they are not looked for: the tree that it
+/// takes costs more than they tell.
+const TRIANGLES_PER_LOST: usize = 1000;
+/// The triangle of a point that no walk has found.
+const NOWHERE: TriangleId = TriangleId(NONE);
 
 /// The surface that levels are fitted to.
 pub(crate) struct Source<'a> {
     pub(super) sheet: Sheet<'a>,
-    surface: Surface,
+    /// Made when a walk was lost for the first time.
+    surface: OnceLock<Surface>,
     /// One per point, or empty if all count alike.
     importance: &'a [f32],
 }
 
 impl<'a> Source<'a> {
     pub(crate) fn new(mesh: &'a Mesh, importance: &'a [f32]) -> Self {
-        let sheet = Sheet::new(mesh, neighbors(mesh));
-        Self { surface: sheet.surface(), sheet, importance }
+        let sheet = Sheet::new(mesh, Arc::new(Fans::of(mesh)));
+        Self { surface: OnceLock::new(), sheet, importance }
+    }
+
+    fn surface(&self) -> &Surface {
+        self.surface.get_or_init(|| self.sheet.surface())
     }
 
     /// How many times a pair counts: the importance of its place on the source.
@@ -40,8 +59,8 @@ impl<'a> Source<'a> {
         if self.importance.is_empty() {
             return 1.0;
         }
-        let points = self.sheet.mesh.triangle_points(pair.source.triangle.index());
-        let weights = points.map(|point| f64::from(self.importance[point]));
+        let points = self.sheet.fans.triangles[pair.source.triangle.index()];
+        let weights = points.map(|point| f64::from(self.importance[point as usize]));
         pair.source.barycentrics().dot(DVec3::from_array(weights))
     }
 
@@ -70,58 +89,154 @@ pub(super) struct Pairs {
 }
 
 impl Pairs {
-    /// Pairs `count` samples of either surface. One without a counterpart, or with a far one, is left
-    /// out.
-    pub(super) fn new(source: &Source<'_>, level: &Sheet<'_>, count: usize) -> Self {
-        let surface = level.surface();
-        let mut all = pair(&source.sheet, count, |point| {
-            let found = level.find(&surface, &source.sheet, &point)?;
-            Some(Pair { source: point, level: found })
+    /// Pairs `count` samples of either surface, walking from the points of the source that those of the
+    /// level stand for. One without a counterpart, or with a far one, is left out.
+    pub(super) fn new(
+        source: &Source<'_>,
+        level: &Sheet<'_>,
+        point_sources: &[PointId],
+        count: usize,
+    ) -> Self {
+        let nearest = source.sheet.fans.nearest_seeds(point_sources);
+        let mut all = samples(&source.sheet, count, |source_point| Pair {
+            source: source_point,
+            level: walk(level, &source.sheet, &source_point, |p| nearest[p as usize]),
         });
         let there = all.len();
-        all.extend(pair(level, count, |point| {
-            let found = source.sheet.find(&source.surface, level, &point)?;
-            Some(Pair { source: found, level: point })
+        drop(nearest);
+        all.extend(samples(level, count, |level_point| Pair {
+            source: walk(&source.sheet, level, &level_point, |p| point_sources[p as usize].0),
+            level: level_point,
         }));
-        Self { all, there }.without_far(source, level)
+        let mut pairs = Self { all, there };
+        let apart = pairs.find_lost(source, level);
+        pairs.without_far(&apart);
+        pairs
+    }
+
+    /// How far apart the pairs are, infinite where a walk has found none. What walks have lost is looked for
+    /// everywhere.
+    fn find_lost(&mut self, source: &Source<'_>, level: &Sheet<'_>) -> Vec<f32> {
+        let distance = |pair: &Pair| {
+            if pair.source.triangle == NOWHERE || pair.level.triangle == NOWHERE {
+                return f32::INFINITY;
+            }
+            source.sheet.place(&pair.source).distance(level.place(&pair.level)) as f32
+        };
+        let mut apart: Vec<f32> = self.all.par_iter().with_min_len(AT_ONCE).map(distance).collect();
+        let far = LOST_SPACINGS * mean(&apart);
+        let (there, back) = self.all.split_at_mut(self.there);
+        let (apart_there, apart_back) = apart.split_at_mut(there.len());
+        let lost = |pair: &Pair, apart: f32| apart > far && is_long(level, pair, apart);
+        // Rounded, a distance may be a little less than it is.
+        let reach = |apart: f32| f64::from(apart) * (1.0 + 1e-6);
+        if are_many(there, apart_there, level, lost) {
+            let surface = level.surface();
+            let all = there.par_iter_mut().zip(apart_there).with_min_len(AT_ONCE);
+            all.filter(|(pair, apart)| lost(pair, **apart)).for_each(|(pair, apart)| {
+                let found = level.find(&surface, &source.sheet, &pair.source, reach(*apart));
+                pair.level = found.unwrap_or(pair.level);
+                *apart = distance(pair);
+            });
+        }
+        if are_many(back, apart_back, &source.sheet, lost) {
+            let surface = source.surface();
+            let all = back.par_iter_mut().zip(apart_back).with_min_len(AT_ONCE);
+            all.filter(|(pair, apart)| lost(pair, **apart)).for_each(|(pair, apart)| {
+                let found = source.sheet.find(surface, level, &pair.level, reach(*apart));
+                pair.source = found.unwrap_or(pair.source);
+                *apart = distance(pair);
+            });
+        }
+        apart
     }
 
     /// Leaves out what is farther apart than `MAX_SPACINGS` times the mean.
-    fn without_far(mut self, source: &Source<'_>, level: &Sheet<'_>) -> Self {
-        let apart: Vec<f64> = self
-            .all
-            .par_iter()
-            .map(|pair| source.sheet.place(&pair.source).distance(level.place(&pair.level)))
-            .collect();
-        let most = MAX_SPACINGS * apart.iter().sum::<f64>() / apart.len().max(1) as f64;
-        self.there = apart[..self.there].iter().filter(|&&apart| apart <= most).count();
-        let mut apart = apart.into_iter();
-        self.all.retain(|_| apart.next().is_some_and(|apart| apart <= most));
+    fn without_far(&mut self, apart: &[f32]) {
+        let most = MAX_SPACINGS * mean(apart);
+        let is_near = |apart: &f32| apart.is_finite() && *apart <= most;
+        self.there = apart[..self.there].iter().filter(|apart| is_near(apart)).count();
+        let mut apart = apart.iter();
+        self.all.retain(|_| apart.next().is_some_and(is_near));
+    }
+
+    /// The samples of the source with their nearest points after the level has moved a little. Those of the
+    /// level keep theirs: they are felt along the normal there, which hardly changes.
+    pub(super) fn follow(mut self, source: &Source<'_>, level: &Sheet<'_>) -> Self {
+        let source = &source.sheet;
+        self.all[..self.there].par_iter_mut().with_min_len(AT_ONCE).for_each(|pair| {
+            pair.level = level.follow(pair.level.triangle, source, &pair.source);
+        });
         self
     }
 
-    /// The same samples with their nearest points after the level has moved a little.
-    pub(super) fn follow(mut self, source: &Source<'_>, level: &Sheet<'_>) -> Self {
+    /// The same for the samples of the level.
+    pub(super) fn follow_back(mut self, source: &Source<'_>, level: &Sheet<'_>) -> Self {
         let source = &source.sheet;
-        let (there, back) = self.all.split_at_mut(self.there);
-        there.par_iter_mut().with_min_len(AT_ONCE).for_each(|pair| {
-            pair.level = level.follow(pair.level.triangle, source, &pair.source);
-        });
-        back.par_iter_mut().with_min_len(AT_ONCE).for_each(|pair| {
+        self.all[self.there..].par_iter_mut().with_min_len(AT_ONCE).for_each(|pair| {
             pair.source = source.follow(pair.source.triangle, level, &pair.level);
         });
         self
     }
 }
 
+/// The mean of those that are finite.
+fn mean(apart: &[f32]) -> f32 {
+    let finite = apart.iter().filter(|apart| apart.is_finite());
+    let sum: f64 = finite.clone().map(|&apart| f64::from(apart)).sum();
+    (sum / finite.count().max(1) as f64) as f32
+}
+
+/// Whether so many pairs are lost that it pays to search all of `sheet` for their counterparts.
+fn are_many(
+    pairs: &[Pair],
+    apart: &[f32],
+    sheet: &Sheet<'_>,
+    lost: impl Fn(&Pair, f32) -> bool + Sync,
+) -> bool {
+    let all = pairs.par_iter().zip(apart).with_min_len(AT_ONCE);
+    let count = all.filter(|(pair, apart)| lost(pair, **apart)).count();
+    count * TRIANGLES_PER_LOST > sheet.fans.triangles.len()
+}
+
+/// Whether a pair is far apart for the triangle of the level that it lies on, if there is one.
+fn is_long(level: &Sheet<'_>, pair: &Pair, apart: f32) -> bool {
+    if !apart.is_finite() {
+        return true;
+    }
+    let [a, b, c] = level.corners(pair.level.triangle);
+    let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
+    f64::from(apart).powi(2) > LOST_SIDE * LOST_SIDE * longest
+}
+
+/// The point of `sheet` that a walk finds for one of `other`, from where `counterpart` has the nearest corner
+/// of its triangle, or the next.
+fn walk(
+    sheet: &Sheet<'_>,
+    other: &Sheet<'_>,
+    point: &SurfacePoint,
+    counterpart: impl Fn(u32) -> u32,
+) -> SurfacePoint {
+    let (corners, weights) = (other.fans.triangles[point.triangle.index()], point.barycentrics());
+    let mut slots = [0, 1, 2];
+    slots.sort_by(|&a, &b| weights[b].total_cmp(&weights[a]));
+    slots
+        .into_iter()
+        .map(|slot| counterpart(corners[slot]))
+        .filter(|&vertex| vertex != NONE)
+        .find_map(|vertex| sheet.start(vertex, other, point))
+        .and_then(|start| sheet.reach(start, other, point))
+        .unwrap_or(SurfacePoint::new(NOWHERE, DVec3::X))
+}
+
 /// The pairs that `meet` makes of `count` samples, in their order.
-fn pair(
+fn samples(
     sheet: &Sheet<'_>,
     count: usize,
-    meet: impl Fn(SurfacePoint) -> Option<Pair> + Sync,
+    meet: impl Fn(SurfacePoint) -> Pair + Sync,
 ) -> Vec<Pair> {
-    let triangles: Vec<[u32; 3]> = sheet.triangles().collect();
-    let samples = Samples::new(&sheet.mesh.positions, &triangles, count, SEED);
+    let triangles = &sheet.fans.triangles;
+    let samples = Samples::new(&sheet.mesh.positions, triangles, count, SEED);
     (0..triangles.len())
         .into_par_iter()
         .with_min_len(AT_ONCE)
@@ -129,15 +244,13 @@ fn pair(
         .flat_map_iter(|triangle| {
             let points =
                 samples.of(triangle).map(|s| SurfacePoint::new(s.triangle, s.barycentrics));
-            points.filter_map(&meet)
+            points.map(&meet)
         })
         .collect()
 }
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
     use super::*;
     use crate::testing::grid;
 
@@ -152,8 +265,9 @@ mod tests {
     fn a_spike_is_not_paired_with_another_far_away() {
         let (source, level) = (spiked(64, 10, 10), spiked(64, 50, 50));
         let source = Source::new(&source, &[]);
-        let level = Sheet::new(&level, Arc::clone(&neighbors(&level)));
-        let pairs = Pairs::new(&source, &level, 20_000);
+        let sources: Vec<PointId> = (0..level.positions.len()).map(PointId::new).collect();
+        let level = Sheet::new(&level, Arc::new(Fans::of(&level)));
+        let pairs = Pairs::new(&source, &level, &sources, 20_000);
         let apart =
             |pair: &Pair| source.sheet.place(&pair.source).distance(level.place(&pair.level));
         assert!(pairs.all.len() > 39_000 && pairs.there > 19_500, "{}", pairs.all.len());

@@ -1,9 +1,12 @@
 //! Positions fitted by point-to-plane distances both ways.
 
+use std::sync::Arc;
+
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::Guards;
+use super::fans::Fans;
 use super::pairs::{Pairs, Source};
 use super::sheet::Sheet;
 use super::system::{Element, Graph, Symmetric, System};
@@ -11,11 +14,12 @@ use super::volume::restore;
 use crate::buckets::Buckets;
 use crate::edges::{EdgeKind, visit_edges};
 use crate::facing::Facing;
+use crate::id::TriangleId;
 use crate::mesh::Mesh;
 use crate::shape::{is_worse_sliver, turns};
 
 const ITERATIONS: usize = 30;
-const TOLERANCE: f64 = 1e-3;
+const TOLERANCE: f64 = 1e-2;
 /// Triangles that one thread sums up at least.
 const AT_ONCE: usize = 256;
 
@@ -34,15 +38,14 @@ pub(super) struct Descended<'a> {
 }
 
 impl<'a> Descended<'a> {
-    pub(super) fn new(level: &Mesh, guards: &Guards<'a>) -> Self {
-        let triangles = (0..level.triangles.len()).map(|t| level.triangle_points(t).map(|p| p.0));
+    pub(super) fn new(level: &Mesh, fans: Arc<Fans>, guards: &Guards<'a>) -> Self {
         Self {
             positions: level.positions.clone(),
             facing: guards.facing,
             shells: (0..level.triangles.len())
                 .map(|t| guards.facing.shell(guards.point_sources[level.triangle_points(t)[0]]))
                 .collect(),
-            graph: Graph::new(triangles.collect(), level.positions.len()),
+            graph: Graph::new(fans),
             free: free_points(level, guards.locked),
             rotation_cosine: guards.rotation_cosine,
             keep_volume: guards.keep_volume,
@@ -95,8 +98,8 @@ fn equations(
 ) -> (Element<Symmetric>, [Vec3; 3]) {
     let (mut element, mut right) = (Element::default(), [DVec3::ZERO; 3]);
     let (mut products, mut offsets) = (Element::<f64>::default(), DVec3::ZERO);
-    let corners = level.mesh.triangle_positions(triangle).map(Vec3::as_dvec3);
-    let normal = level.normals[triangle];
+    let corners = level.corners(TriangleId::new(triangle));
+    let normal = level.normal(TriangleId::new(triangle));
     for &at in own {
         let pair = &pairs.all[at as usize];
         let (b, weight) = (pair.level.barycentrics(), source.weight(pair));
@@ -105,10 +108,9 @@ fn equations(
             let offset = normal.dot(corners[0] - source.sheet.place(&pair.source));
             offsets += b * (weight * offset);
         } else {
-            let plane = source.sheet.mesh.triangle_points(pair.source.triangle.index())[0];
-            let from = source.sheet.mesh.positions[plane].as_dvec3();
+            let from = source.sheet.corners(pair.source.triangle)[0];
             let place = corners[0] * b.x + corners[1] * b.y + corners[2] * b.z;
-            let normal = source.sheet.normals[pair.source.triangle];
+            let normal = source.sheet.normal(pair.source.triangle);
             let mut one = Element::default();
             one.add(b, weight);
             add_outer(&mut element, normal, &one);

@@ -1,23 +1,27 @@
-//! A surface whose points are looked for: once everywhere, later from where they were.
+//! A surface whose points are looked for by walking: from triangle to triangle while that is nearer.
 
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use crate::edges::visit_edges;
-use crate::id::TriangleId;
+use super::fans::Fans;
+use crate::id::{CornerId, TriangleId};
 use crate::mesh::Mesh;
 use crate::surface::Surface;
 use crate::triangle::{area_vector, closest_on_triangle};
 
 /// Points whose normals have a cosine below this lie on two sheets.
-const SAME_SIDE: f64 = 0.2;
-/// No neighbor: the edge has not just two triangles.
-const NONE: u32 = u32::MAX;
+const SAME_SIDE: f32 = 0.2;
 /// The most steps from one triangle to the next: a point moves by a fraction of a level's triangle,
 /// and that may be some triangles of the source.
 const STEPS: usize = 32;
+/// The same where a walk begins at what is only near.
+const FIRST_STEPS: usize = 128;
+/// The most triangles around a point that are all looked at.
+const MAX_FAN: usize = 64;
+/// Below this square of the sine between two sides, a triangle is left to the careful search.
+const LEAST_SINE_SQUARE: f64 = 1e-12;
 
 /// A point of a surface.
 #[derive(Clone, Copy, Debug)]
@@ -39,74 +43,96 @@ impl SurfacePoint {
     }
 }
 
-/// Per triangle: those beyond the edges opposite its corners.
-pub(super) type Neighbors = Arc<Vec<[u32; 3]>>;
-
-/// Finds the neighbors of every triangle.
-pub(super) fn neighbors(mesh: &Mesh) -> Neighbors {
-    let mut neighbors = vec![[NONE; 3]; mesh.triangles.len()];
-    visit_edges(mesh, |_, sides| {
-        let &[(points, a), (_, b)] = sides else { return };
-        for (own, other) in [(a, b), (b, a)] {
-            let corners = mesh.triangle_points(own);
-            if let Some(slot) = corners.iter().position(|p| !points.contains(p)) {
-                neighbors[own][slot] = other as u32;
-            }
-        }
-    });
-    neighbors.into()
+/// The point of a triangle nearest to a place.
+#[derive(Clone, Copy)]
+struct Step {
+    triangle: TriangleId,
+    weights: DVec3,
+    square: f64,
 }
 
 /// A surface as it lies now.
 pub(super) struct Sheet<'a> {
     pub(super) mesh: &'a Mesh,
+    pub(super) fans: Arc<Fans>,
     /// One per triangle: its unit normal, zero if it has no area.
-    pub(super) normals: Vec<DVec3>,
-    neighbors: Neighbors,
+    normals: Vec<Vec3>,
 }
 
 impl<'a> Sheet<'a> {
-    pub(super) fn new(mesh: &'a Mesh, neighbors: Neighbors) -> Self {
-        let normals = (0..mesh.triangles.len())
-            .into_par_iter()
-            .map(|t| area_vector(mesh.triangle_positions(t)).normalize_or_zero())
+    pub(super) fn new(mesh: &'a Mesh, fans: Arc<Fans>) -> Self {
+        let corners = |t: &[u32; 3]| t.map(|point| mesh.positions[point as usize]);
+        let normals = fans
+            .triangles
+            .par_iter()
+            .map(|t| area_vector(corners(t)).normalize_or_zero().as_vec3())
             .collect();
-        Self { mesh, normals, neighbors }
-    }
-
-    /// The points of each triangle.
-    pub(super) fn triangles(&self) -> impl Iterator<Item = [u32; 3]> + '_ {
-        (0..self.mesh.triangles.len()).map(|t| self.mesh.triangle_points(t).map(|p| p.0))
+        Self { mesh, fans, normals }
     }
 
     /// This surface as a tree, to be searched everywhere.
     pub(super) fn surface(&self) -> Surface {
-        Surface::new(&self.mesh.positions, self.triangles())
+        Surface::new(&self.mesh.positions, self.fans.triangles.iter().copied())
+    }
+
+    /// The unit normal of a triangle, zero if it has no area.
+    #[inline]
+    pub(super) fn normal(&self, triangle: TriangleId) -> DVec3 {
+        self.normals[triangle].as_dvec3()
+    }
+
+    /// The corners of a triangle.
+    #[inline]
+    pub(super) fn corners(&self, triangle: TriangleId) -> [DVec3; 3] {
+        self.fans.triangles[triangle.index()].map(|p| self.mesh.positions[p as usize].as_dvec3())
     }
 
     /// The position of a point.
+    #[inline]
     pub(super) fn place(&self, point: &SurfacePoint) -> DVec3 {
-        let [a, b, c] = self.mesh.triangle_positions(point.triangle.index()).map(Vec3::as_dvec3);
-        let weights = point.barycentrics();
+        let ([a, b, c], weights) = (self.corners(point.triangle), point.barycentrics());
         a * weights.x + b * weights.y + c * weights.z
     }
 
     /// Whether a triangle faces about the way that `normal` points.
-    fn faces(&self, triangle: TriangleId, normal: DVec3) -> bool {
+    #[inline]
+    fn faces(&self, triangle: TriangleId, normal: Vec3) -> bool {
         self.normals[triangle].dot(normal) > SAME_SIDE
     }
 
-    /// The point of this surface, given as `surface` too, nearest to one of `other`, on the same side.
+    /// The point of this surface, given as `surface` too, nearest to one of `other`, on the same side and
+    /// not beyond `max`.
     pub(super) fn find(
         &self,
         surface: &Surface,
         other: &Self,
         point: &SurfacePoint,
+        max: f64,
     ) -> Option<SurfacePoint> {
         let normal = other.normals[point.triangle];
-        let found =
-            surface.closest_foot(other.place(point), f64::INFINITY, |t| self.faces(t, normal))?;
+        let found = surface.closest_foot(other.place(point), max, |t| self.faces(t, normal))?;
         Some(SurfacePoint::new(found.triangle, found.barycentrics))
+    }
+
+    /// The triangle around `vertex` whose middle is nearest to a point of `other`, of those on the same
+    /// side. None where too many lie around it, too.
+    pub(super) fn start(
+        &self,
+        vertex: u32,
+        other: &Self,
+        point: &SurfacePoint,
+    ) -> Option<TriangleId> {
+        let fan = self.fans.corners(vertex);
+        if fan.len() > MAX_FAN {
+            return None;
+        }
+        let (p, normal) = (other.place(point) * 3.0, other.normals[point.triangle]);
+        let middle = |t: TriangleId| self.corners(t).into_iter().sum::<DVec3>();
+        fan.map(CornerId::triangle)
+            .filter(|&t| self.faces(t, normal))
+            .map(|t| (middle(t).distance_squared(p), t))
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+            .map(|(_, triangle)| triangle)
     }
 
     /// The nearest point, found from `start` by going to neighbors while they are nearer. Not
@@ -117,27 +143,81 @@ impl<'a> Sheet<'a> {
         other: &Self,
         point: &SurfacePoint,
     ) -> SurfacePoint {
+        self.walk(start, other, point, STEPS).0
+    }
+
+    /// The same from a triangle that is only near; none if the way is too long.
+    pub(super) fn reach(
+        &self,
+        start: TriangleId,
+        other: &Self,
+        point: &SurfacePoint,
+    ) -> Option<SurfacePoint> {
+        let (found, is_end) = self.walk(start, other, point, FIRST_STEPS);
+        is_end.then_some(found)
+    }
+
+    /// Where a walk of at most so many steps comes to, and whether it ends there.
+    fn walk(
+        &self,
+        start: TriangleId,
+        other: &Self,
+        point: &SurfacePoint,
+        steps: usize,
+    ) -> (SurfacePoint, bool) {
         let (p, normal) = (other.place(point), other.normals[point.triangle]);
-        let closest = |t: TriangleId| {
-            let corners = self.mesh.triangle_positions(t.index());
-            let (weights, _, square) = closest_on_triangle(p, &corners);
-            (square, weights, t)
-        };
-        let mut best = closest(start);
-        for _ in 0..STEPS {
-            let (_, weights, at) = best;
-            let nearer = (0..3)
-                .filter(|&slot| weights[slot] == 0.0 && self.neighbors[at.index()][slot] != NONE)
-                .map(|slot| TriangleId(self.neighbors[at.index()][slot]))
-                .filter(|&t| self.faces(t, normal))
-                .map(closest)
-                .fold(best, |best, next| if next.0 < best.0 { next } else { best });
-            if nearer.2 == at {
+        let mut best = self.closest(start, p);
+        let mut is_end = false;
+        for _ in 0..steps {
+            let next = self.nearer(best, p, normal);
+            is_end = next.triangle == best.triangle;
+            if is_end {
                 break;
             }
-            best = nearer;
+            best = next;
         }
-        SurfacePoint::new(best.2, best.1)
+        (SurfacePoint::new(best.triangle, best.weights), is_end)
+    }
+
+    /// The nearest of the triangles that meet at the foot `best`.
+    fn nearer(&self, best: Step, p: DVec3, normal: Vec3) -> Step {
+        let points = self.fans.triangles[best.triangle.index()];
+        let better = |best: Step, t: TriangleId| {
+            if t == best.triangle || !self.faces(t, normal) {
+                return best;
+            }
+            let next = self.closest(t, p);
+            if next.square < best.square { next } else { best }
+        };
+        let across = |best: Step, slot: usize| {
+            self.fans.at_edge(points[(slot + 1) % 3], points[(slot + 2) % 3]).fold(best, better)
+        };
+        let is_zero = best.weights.to_array().map(|weight| weight == 0.0);
+        let corner = (0..3).find(|&slot| is_zero[(slot + 1) % 3] && is_zero[(slot + 2) % 3]);
+        match corner.map(|slot| self.fans.corners(points[slot])) {
+            Some(fan) if fan.len() <= MAX_FAN => fan.map(CornerId::triangle).fold(best, better),
+            _ => (0..3).filter(|&slot| is_zero[slot]).fold(best, across),
+        }
+    }
+
+    /// The nearest point of a triangle: at once if it lies inside, as most do.
+    #[inline]
+    fn closest(&self, triangle: TriangleId, p: DVec3) -> Step {
+        let [a, b, c] = self.corners(triangle);
+        let (ab, ac, ap) = (b - a, c - a, p - a);
+        let (bb, bc, cc) = (ab.dot(ab), ab.dot(ac), ac.dot(ac));
+        let (to_b, to_c) = (ap.dot(ab), ap.dot(ac));
+        let square = bb * cc - bc * bc;
+        let (y, z) = (cc * to_b - bc * to_c, bb * to_c - bc * to_b);
+        let x = square - y - z;
+        if x > 0.0 && y > 0.0 && z > 0.0 && square > LEAST_SINE_SQUARE * bb * cc {
+            let weights = DVec3::new(x, y, z) / square;
+            let square = (ap - ab * weights.y - ac * weights.z).length_squared();
+            return Step { triangle, weights, square };
+        }
+        let corners = self.mesh.triangle_positions(triangle.index());
+        let (weights, _, square) = closest_on_triangle(p, &corners);
+        Step { triangle, weights, square }
     }
 }
 
@@ -153,31 +233,17 @@ mod tests {
         for p in &mut below.positions {
             p.z = -0.1;
         }
-        let (below, above) =
-            (Sheet::new(&below, neighbors(&below)), Sheet::new(&above, neighbors(&above)));
+        let sheet = |mesh| Sheet::new(mesh, Arc::new(Fans::of(mesh)));
+        let (below, above) = (sheet(&below), sheet(&above));
         let surface = below.surface();
         let middle = DVec3::new(0.5, 0.3, 0.2);
         for t in 0..above.mesh.triangles.len() {
             let point = SurfacePoint::new(TriangleId::new(t), middle);
-            let nearest = below.find(&surface, &above, &point).expect("a foot");
+            let nearest = below.find(&surface, &above, &point, f64::INFINITY).expect("a foot");
             let start = TriangleId::new(above.mesh.triangles.len() / 2);
             let found = below.follow(start, &above, &point);
             assert_eq!(found.triangle, nearest.triangle);
             assert!((above.place(&point) - below.place(&found)).length() < 0.1 + 1e-6);
         }
-    }
-
-    #[test]
-    fn neighbors_are_mutual_and_borders_have_none() {
-        let mesh = grid(4);
-        let all = neighbors(&mesh);
-        let mut borders = 0;
-        for (t, own) in all.iter().enumerate() {
-            for &other in own {
-                borders += usize::from(other == NONE);
-                assert!(other == NONE || all[other as usize].contains(&(t as u32)));
-            }
-        }
-        assert_eq!(borders, 16);
     }
 }

@@ -6,11 +6,12 @@
 //! products in fixed chunks.
 
 use std::ops::{Add, AddAssign, Mul, Sub};
+use std::sync::Arc;
 
 use glam::{DVec3, DVec4, Vec3Swizzles as _};
 use rayon::prelude::*;
 
-use crate::buckets::Buckets;
+use super::fans::Fans;
 
 /// Rows that one task works on, and terms that a dot product sums at a time.
 const CHUNK: usize = 2048;
@@ -131,26 +132,23 @@ impl Couples<DVec3> for Symmetric {
     }
 }
 
-/// The vertices that triangles join, and the corners at each.
+/// The vertices that triangles join.
 pub(super) struct Graph {
-    /// Three vertices per triangle.
-    triangles: Vec<[u32; 3]>,
-    corners: Buckets,
+    fans: Arc<Fans>,
     neighbor_starts: Vec<u32>,
     neighbors: Vec<u32>,
 }
 
 impl Graph {
-    pub(super) fn new(triangles: Vec<[u32; 3]>, vertices: usize) -> Self {
-        let corners = Buckets::new(triangles.as_flattened().iter().copied(), vertices);
-        let mut graph =
-            Self { triangles, corners, neighbor_starts: vec![0], neighbors: Vec::new() };
+    pub(super) fn new(fans: Arc<Fans>) -> Self {
+        let vertices = fans.vertices();
+        let mut graph = Self { fans, neighbor_starts: vec![0], neighbors: Vec::new() };
         let mut own = Vec::new();
         for vertex in 0..vertices {
             own.clear();
-            for &corner in graph.corners.of(vertex) {
-                let (triangle, slot) = (corner as usize / 3, corner as usize % 3);
-                let triangle = graph.triangles[triangle];
+            for corner in graph.fans.corners(vertex as u32) {
+                let triangle = graph.fans.triangles[corner.triangle().index()];
+                let slot = corner.slot();
                 own.extend([triangle[(slot + 1) % 3], triangle[(slot + 2) % 3]]);
             }
             own.sort_unstable();
@@ -176,10 +174,8 @@ impl Graph {
             .with_min_len(CHUNK)
             .map(|vertex| {
                 let mut sum = V::default();
-                self.corners
-                    .of(vertex)
-                    .iter()
-                    .for_each(|&corner| sum += of_corner(corner as usize));
+                let corners = self.fans.corners(vertex as u32);
+                corners.for_each(|corner| sum += of_corner(corner.index()));
                 sum
             })
             .collect()
@@ -327,12 +323,12 @@ fn fill_row<B: Block>(
     off: &mut [B],
 ) {
     let neighbors = &graph.neighbors[graph.neighbors(vertex)];
-    for &corner in graph.corners.of(vertex) {
-        let (triangle, slot) = (corner as usize / 3, corner as usize % 3);
+    for corner in graph.fans.corners(vertex as u32) {
+        let (triangle, slot) = (corner.triangle().index(), corner.slot());
         let element = &elements[triangle];
         *diagonal += element.corners[slot];
         for (other, edge) in [((slot + 1) % 3, slot), ((slot + 2) % 3, (slot + 2) % 3)] {
-            let other = graph.triangles[triangle][other];
+            let other = graph.fans.triangles[triangle][other];
             if let Ok(at) = neighbors.binary_search(&other) {
                 off[at] += element.edges[edge];
             }
@@ -353,7 +349,7 @@ mod tests {
 
     /// A fan of three triangles around vertex 0.
     fn fan() -> Graph {
-        Graph::new(vec![[0, 1, 2], [0, 2, 3], [0, 3, 1]], 4)
+        Graph::new(Arc::new(Fans::new(vec![[0, 1, 2], [0, 2, 3], [0, 3, 1]], 4)))
     }
 
     fn element(seed: f64) -> Element<Symmetric> {
