@@ -24,10 +24,10 @@ const AT_ONCE: usize = 256;
 const MAX_SPACINGS: f32 = 20.0;
 
 /// Pairs found by a walk that are farther apart than so many times the mean, and than such a share of the
-/// longest side of the level's triangle, are looked for everywhere: the walk may have ended on a side of a
+/// least height of the level's triangle, are looked for everywhere: the walk may have ended on a side of a
 /// fold, or in what once was another shell.
 const LOST_SPACINGS: f32 = 4.0;
-const LOST_SIDE: f64 = 0.25;
+const LOST_HEIGHT: f64 = 0.25;
 /// Where fewer pairs are lost than one for so many triangles, they are not looked for: the tree that it
 /// takes costs more than they tell.
 const TRIANGLES_PER_LOST: usize = 1000;
@@ -127,7 +127,7 @@ impl Pairs {
         let far = LOST_SPACINGS * mean(&apart);
         let (there, back) = self.all.split_at_mut(self.there);
         let (apart_there, apart_back) = apart.split_at_mut(there.len());
-        let lost = |pair: &Pair, apart: f32| apart > far && is_long(level, pair, apart);
+        let lost = |pair: &Pair, apart: f32| apart > far && is_wide(level, pair, apart);
         // Rounded, a distance may be a little less than it is.
         let reach = |apart: f32| f64::from(apart) * (1.0 + 1e-6);
         if are_many(there, apart_there, level, lost) {
@@ -200,13 +200,14 @@ fn are_many(
 }
 
 /// Whether a pair is far apart for the triangle of the level that it lies on, if there is one.
-fn is_long(level: &Sheet<'_>, pair: &Pair, apart: f32) -> bool {
+fn is_wide(level: &Sheet<'_>, pair: &Pair, apart: f32) -> bool {
     if !apart.is_finite() {
         return true;
     }
     let [a, b, c] = level.corners(pair.level.triangle);
     let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
-    f64::from(apart).powi(2) > LOST_SIDE * LOST_SIDE * longest
+    let area = (b - a).cross(c - a).length_squared();
+    f64::from(apart).powi(2) * longest > LOST_HEIGHT * LOST_HEIGHT * area
 }
 
 /// The point of `sheet` that a walk finds for one of `other`, from where `counterpart` has the nearest corner

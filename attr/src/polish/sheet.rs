@@ -13,11 +13,9 @@ use crate::triangle::{area_vector, closest_on_triangle};
 
 /// Points whose normals have a cosine below this lie on two sheets.
 const SAME_SIDE: f32 = 0.2;
-/// The most steps from one triangle to the next: a point moves by a fraction of a level's triangle,
-/// and that may be some triangles of the source.
-const STEPS: usize = 32;
-/// The same where a walk begins at what is only near.
-const FIRST_STEPS: usize = 128;
+/// The most steps from one triangle to the next. Most walks take one or two, those through the slivers
+/// around the pole of a sphere some dozens.
+const STEPS: usize = 128;
 /// The most triangles around a point that are all looked at.
 const MAX_FAN: usize = 64;
 /// Below this square of the sine between two sides, a triangle is left to the careful search.
@@ -143,7 +141,7 @@ impl<'a> Sheet<'a> {
         other: &Self,
         point: &SurfacePoint,
     ) -> SurfacePoint {
-        self.walk(start, other, point, STEPS).0
+        self.walk(start, other, point).0
     }
 
     /// The same from a triangle that is only near; none if the way is too long.
@@ -153,22 +151,16 @@ impl<'a> Sheet<'a> {
         other: &Self,
         point: &SurfacePoint,
     ) -> Option<SurfacePoint> {
-        let (found, is_end) = self.walk(start, other, point, FIRST_STEPS);
+        let (found, is_end) = self.walk(start, other, point);
         is_end.then_some(found)
     }
 
-    /// Where a walk of at most so many steps comes to, and whether it ends there.
-    fn walk(
-        &self,
-        start: TriangleId,
-        other: &Self,
-        point: &SurfacePoint,
-        steps: usize,
-    ) -> (SurfacePoint, bool) {
+    /// Where a walk comes to, and whether it ends there.
+    fn walk(&self, start: TriangleId, other: &Self, point: &SurfacePoint) -> (SurfacePoint, bool) {
         let (p, normal) = (other.place(point), other.normals[point.triangle]);
         let mut best = self.closest(start, p);
         let mut is_end = false;
-        for _ in 0..steps {
+        for _ in 0..STEPS {
             let next = self.nearer(best, p, normal);
             is_end = next.triangle == best.triangle;
             if is_end {
