@@ -77,6 +77,7 @@ mod together;
 mod topology;
 mod triangle;
 mod vertices;
+mod vicinity;
 mod weld;
 mod working_mesh;
 
@@ -117,6 +118,7 @@ pub use tangent::{TangentInput, compute_tangents};
 pub use together::{Shared, simplify_together};
 pub use triangle::{area_vector, closest_on_triangle};
 pub use vertices::{Precision, Vertices};
+pub use vicinity::Vicinity;
 pub use weld::{Welded, weld};
 
 pub use glam;

@@ -174,6 +174,29 @@ impl Surface {
         best
     }
 
+    /// Visits the triangles that come within `reach` of a place, each with its corners, and perhaps some
+    /// that nearly do, as long as `visit` says to go on. False if it ended early, or there is no such place.
+    pub(crate) fn visit_within(
+        &self,
+        place: Vec3,
+        reach: f64,
+        mut visit: impl FnMut(TriangleId, &[Vec3; 3]) -> bool,
+    ) -> bool {
+        if !place.is_finite() || reach.is_nan() || reach < 0.0 {
+            return false;
+        }
+        let (bound, mut goes_on) = (reach * reach * DISTANCE_MARGIN, true);
+        let visit_leaf = |leaf: Range<usize>| {
+            for (corners, &triangle) in self.corners[leaf.clone()].iter().zip(&self.ids[leaf]) {
+                let is_near = Aabb::of_triangle(corners).distance_squared(place) <= bound;
+                goes_on = goes_on && (!is_near || visit(triangle, corners));
+            }
+            if goes_on { bound } else { f64::NEG_INFINITY }
+        };
+        self.bvh.walk(bound, |node| node.distance_squared(place), visit_leaf);
+        goes_on
+    }
+
     /// The first triangle on the ray from `origin` along `direction`, hit from either side at a
     /// distance of 0 to `max` lengths of `direction`. Where triangles share an edge no ray passes
     /// between them. None also if the ray is not finite, or all of its direction's components are
