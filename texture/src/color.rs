@@ -75,8 +75,7 @@ impl SrgbCurve {
 /// the beginning of each of 4096 steps of linear light, and a step holds at most two of the `LIMITS`
 /// between bytes.
 pub fn linear_to_srgb8(linear: f32) -> u8 {
-    static LIMITS: LazyLock<[f32; 255]> =
-        LazyLock::new(|| std::array::from_fn(|byte| srgb_to_linear((byte as f32 + 0.5) / 255.0)));
+    static LIMITS: LazyLock<[f32; 255]> = LazyLock::new(|| std::array::from_fn(limit));
     static STARTS: LazyLock<Vec<u8>> = LazyLock::new(|| {
         let below = |x: f32| LIMITS.iter().filter(|limit| **limit <= x).count() as u8;
         (0..=4096u16).map(|step| below(f32::from(step) / 4096.0)).collect()
@@ -86,6 +85,18 @@ pub fn linear_to_srgb8(linear: f32) -> u8 {
         byte += 1;
     }
     byte
+}
+
+/// The least light whose byte by power is more than a byte.
+fn limit(byte: usize) -> f32 {
+    let is_more = |bits: u32| (linear_to_srgb(f32::from_bits(bits)) * 255.0).round() > byte as f32;
+    // Floats above 0 lie in the order of their bits.
+    let (mut low, mut high) = (0, 1f32.to_bits());
+    while high - low > 1 {
+        let middle = low + (high - low) / 2;
+        *(if is_more(middle) { &mut high } else { &mut low }) = middle;
+    }
+    f32::from_bits(high)
 }
 
 /// Relative luminance of linear Rec. 709 primaries (ITU-R BT.709).
@@ -108,10 +119,9 @@ mod tests {
 
     #[test]
     fn the_byte_by_table_is_the_byte_by_power() {
-        for step in 0..=100_000 {
-            let linear = step as f32 / 100_000.0;
-            let exact = linear_to_srgb(linear) * 255.0;
-            assert!((f32::from(linear_to_srgb8(linear)) - exact).abs() < 0.5001);
+        for step in 0..=1_000_000 {
+            let linear = step as f32 / 1_000_000.0;
+            assert_eq!(linear_to_srgb8(linear), (linear_to_srgb(linear) * 255.0).round() as u8);
         }
         assert_eq!([-1.0, f32::NAN, 7.0, f32::INFINITY].map(linear_to_srgb8), [0, 0, 255, 255]);
     }

@@ -40,9 +40,11 @@ pub(crate) struct Level<const N: usize> {
 /// Four neighbors along an axis, weighted (1 2 2 1) / 6.
 #[inline]
 pub(crate) fn reduce<const N: usize>(near: [&Cell<N>; 4]) -> Cell<N> {
-    std::array::from_fn(|k| {
-        (near[0][k] + near[3][k]) * (1.0 / 6.0) + (near[1][k] + near[2][k]) * (1.0 / 3.0)
-    })
+    let mut cell = [0.0; N];
+    for k in 0..N {
+        cell[k] = (near[0][k] + near[3][k]) * (1.0 / 6.0) + (near[1][k] + near[2][k]) * (1.0 / 3.0);
+    }
+    cell
 }
 
 /// Turns the share of valid texels in a sum into a weight, and the sum with it.
@@ -81,7 +83,9 @@ pub(crate) fn blend_rows<const N: usize>(
     let next = wrap[1].texel(next, coarse.height);
     let row = |y: usize| &coarse.cells[y * width..(y + 1) * width];
     for ((cell, near), far) in blended[1..].iter_mut().zip(row(nearest)).zip(row(next)) {
-        *cell = std::array::from_fn(|k| 0.75 * near[k] + 0.25 * far[k]);
+        for k in 0..N {
+            cell[k] = 0.75 * near[k] + 0.25 * far[k];
+        }
     }
     pad(blended, wrap[0], width);
 }
@@ -91,7 +95,11 @@ pub(crate) fn blend_rows<const N: usize>(
 pub(crate) fn blend_columns<const N: usize>(blended: &[Cell<N>], x: usize) -> Cell<N> {
     let near = &blended[x / 2 + 1];
     let far = &blended[x / 2 + 2 * (x % 2)];
-    std::array::from_fn(|k| 0.75 * near[k] + 0.25 * far[k])
+    let mut cell = [0.0; N];
+    for k in 0..N {
+        cell[k] = 0.75 * near[k] + 0.25 * far[k];
+    }
+    cell
 }
 
 /// The level that is coarser than another.
@@ -152,7 +160,9 @@ pub(crate) fn push_level<const N: usize>(coarse: &Level<N>, fine: &mut Level<N>,
                     let filled = given_weight * (1.0 - weight) + weight;
                     // w·x of the new w and x; the division turns Σ h w x into tx.
                     let share = (1.0 - weight) / given_weight;
-                    *cell = std::array::from_fn(|k| (given[k] * share + cell[k]) * filled);
+                    for k in 0..N - 1 {
+                        cell[k] = (given[k] * share + cell[k]) * filled;
+                    }
                     cell[N - 1] = filled;
                 }
             }

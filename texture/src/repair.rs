@@ -148,6 +148,7 @@ impl Job<'_> {
     fn fill<S: Sample>(self, samples: &mut [S], group: Group, parts: &[TexelRole]) -> bool {
         let Group { first, count, stride, coding } = group;
         // A vector is written as a whole.
+        let decode = S::decoder(coding);
         let apart = coding != Coding::Vector && parts.len() >= LARGE_TEXELS;
         let at_once = if apart { 1 } else { count };
         let fill = |first: usize| {
@@ -158,8 +159,8 @@ impl Job<'_> {
                 size: [self.validity.width(), self.validity.height()],
                 wrap: self.wrap,
                 read: |texel: &[S], values: &mut [f32]| {
-                    for (value, sample) in values.iter_mut().zip(&texel[own.clone()]) {
-                        *value = sample.decode(coding);
+                    for channel in 0..values.len() {
+                        values[channel] = decode(texel[first + channel]);
                     }
                 },
                 write: |texel: &mut [S], values: &mut [f32]| {

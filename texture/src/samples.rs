@@ -2,7 +2,9 @@
 
 use std::sync::LazyLock;
 
-use crate::color::{linear_to_srgb, srgb_to_linear, srgb8_to_linear};
+use crate::color::{
+    BYTE_SHARES, linear_to_srgb, linear_to_srgb8, srgb_to_linear, srgb8_table, srgb8_to_linear,
+};
 use crate::role::Role;
 
 /// Runs `$body` with `$buffer`, the texels of an image of a kind that is known; an error for any
@@ -75,6 +77,8 @@ impl Group {
 pub(crate) trait Sample: Copy + Send + Sync {
     /// The number it stands for.
     fn decode(self, coding: Coding) -> f32;
+    /// The same as a function, for many samples.
+    fn decoder(coding: Coding) -> impl Fn(Self) -> f32 + Copy + Send + Sync;
     /// The sample nearest to a number, clamped to what it can hold.
     fn encode(value: f32, coding: Coding) -> Self;
     /// Whether it is a number at all.
@@ -82,6 +86,16 @@ pub(crate) trait Sample: Copy + Send + Sync {
     /// Whether it is zero, which for alpha means unseen.
     fn is_zero(self) -> bool;
 }
+
+/// The component of a vector that each byte stores.
+static VECTOR_SHARES: [f32; 256] = {
+    let (mut shares, mut byte) = ([0.0; 256], 0);
+    while byte < 256 {
+        shares[byte] = byte as f32 / 127.5 - 1.0;
+        byte += 1;
+    }
+    shares
+};
 
 /// A number in 0…1 that an integer sample stores.
 fn stored(value: f32, coding: Coding) -> f32 {
@@ -93,19 +107,40 @@ fn stored(value: f32, coding: Coding) -> f32 {
     stored.clamp(0.0, 1.0)
 }
 
+/// The nearest whole number to one of 0…65535, halves up, without a call of the library; 0 for what is no
+/// number.
+#[inline]
+fn rounded(value: f32) -> u32 {
+    let whole = value as u32;
+    whole + u32::from(value - whole as f32 >= 0.5)
+}
+
 impl Sample for u8 {
     #[inline]
     fn decode(self, coding: Coding) -> f32 {
         match coding {
             Coding::Light => srgb8_to_linear(self),
-            Coding::Linear => f32::from(self) / 255.0,
-            Coding::Vector => f32::from(self) / 127.5 - 1.0,
+            Coding::Linear => BYTE_SHARES[self as usize],
+            Coding::Vector => VECTOR_SHARES[self as usize],
         }
+    }
+
+    #[inline(always)]
+    fn decoder(coding: Coding) -> impl Fn(Self) -> f32 + Copy + Send + Sync {
+        let table = match coding {
+            Coding::Light => srgb8_table(),
+            Coding::Linear => &BYTE_SHARES,
+            Coding::Vector => &VECTOR_SHARES,
+        };
+        move |sample| table[sample as usize]
     }
 
     #[inline]
     fn encode(value: f32, coding: Coding) -> Self {
-        (stored(value, coding) * 255.0).round() as Self
+        match coding {
+            Coding::Light => linear_to_srgb8(value),
+            Coding::Linear | Coding::Vector => rounded(stored(value, coding) * 255.0) as Self,
+        }
     }
 
     fn is_number(self) -> bool {
@@ -130,9 +165,13 @@ impl Sample for u16 {
         }
     }
 
+    fn decoder(coding: Coding) -> impl Fn(Self) -> f32 + Copy + Send + Sync {
+        move |sample| sample.decode(coding)
+    }
+
     #[inline]
     fn encode(value: f32, coding: Coding) -> Self {
-        (stored(value, coding) * 65535.0).round() as Self
+        rounded(stored(value, coding) * 65535.0) as Self
     }
 
     fn is_number(self) -> bool {
@@ -148,6 +187,10 @@ impl Sample for f32 {
     #[inline]
     fn decode(self, coding: Coding) -> f32 {
         if coding == Coding::Vector { 2.0 * self - 1.0 } else { self }
+    }
+
+    fn decoder(coding: Coding) -> impl Fn(Self) -> f32 + Copy + Send + Sync {
+        move |sample| sample.decode(coding)
     }
 
     #[inline]
@@ -179,6 +222,14 @@ mod tests {
             assert!(
                 (0..=u16::MAX).all(|sample| u16::encode(sample.decode(coding), coding) == sample)
             );
+        }
+    }
+
+    #[test]
+    fn rounding_is_that_of_the_library() {
+        for value in [0.0f32, 0.49999997, 0.5, 1.4999999, 2.5, 254.5, 254.49998, 65534.5, f32::NAN]
+        {
+            assert_eq!(rounded(value), value.round() as u32, "{value}");
         }
     }
 
