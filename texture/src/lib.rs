@@ -102,7 +102,7 @@ pub use reads::{Footprint, MipReads, count_reads};
 pub use repack::{RepackOptions, Repacked, UvMesh, padding_for_mips, repack};
 pub use repair::{Outcome, repair};
 pub use role::Role;
-pub use scale::scale_down;
+pub use scale::{scale_down, scale_down_often};
 pub use sharing::charts_share_from;
 pub use taps::Taps;
 pub use validity::Validity;

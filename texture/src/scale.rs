@@ -10,6 +10,8 @@
 //! and of length 1 for normals, rounded to the nearest sample. Colors of texels that nobody sees, of
 //! alpha 0, count only where there are no others.
 
+mod halves;
+
 use image::{DynamicImage, ImageBuffer, Pixel};
 use rayon::prelude::*;
 
@@ -18,6 +20,7 @@ use crate::repair::renormalize;
 use crate::role::Role;
 use crate::samples::{Coding, Group, Sample, with_buffer};
 use crate::validity::Validity;
+use halves::halve_often;
 
 /// The image scaled down by 2 to the power of `halvings`, rounded down to no less than one texel
 /// along an axis, and which of its texels are valid.
@@ -40,6 +43,28 @@ pub fn scale_down(
         (DynamicImage::from(buffer), valid)
     })?;
     Ok((image, Validity::from_flags(smaller[0], smaller[1], valid)))
+}
+
+/// The image scaled down again and again, to halves of it up to so many times: each as [`scale_down`] makes it.
+///
+/// # Errors
+/// As [`scale_down`].
+pub fn scale_down_often(
+    image: &DynamicImage,
+    role: Role,
+    validity: &Validity,
+    times: u32,
+) -> Result<Vec<(DynamicImage, Validity)>> {
+    validity.expect_size_of(image)?;
+    let sizes = [image.width(), image.height()];
+    let is_whole = sizes.iter().all(|side| times < 32 && side.is_multiple_of(1 << times));
+    if !is_whole || image.color().has_alpha() || times < 2 {
+        return (1..=times).map(|halvings| scale_down(image, role, validity, halvings)).collect();
+    }
+    with_buffer!(image, buffer => {
+        let halves = halve_often(buffer, role, validity, times);
+        halves.into_iter().map(|(image, valid)| (DynamicImage::from(image), valid)).collect()
+    })
 }
 
 /// A change of an image's size.
@@ -184,6 +209,26 @@ mod tests {
             crate::repair::repair(&mut half, Role::Color, &valid, [crate::wrap::Wrap::Clamp; 2])
                 .unwrap();
             assert!(half.to_rgb8().pixels().all(|Rgb([r, g, b])| r == g && g == b));
+        }
+    }
+
+    #[test]
+    fn one_after_the_other_is_each_by_itself() {
+        let noise = |x: u32, y: u32| (x * x * 7 + y * 31 + x * y) as u8;
+        let colors = RgbImage::from_fn(24, 16, |x, y| Rgb([noise(x, y), noise(y, x), 128]));
+        let deep = DynamicImage::from(colors.clone()).into_rgb16().into();
+        let gray = GrayImage::from_fn(24, 16, |x, y| Luma([noise(x, y)])).into();
+        let texels = (0..16).flat_map(|y| (0..24).map(move |x| noise(x, y) % 3 > 0 && x > 8));
+        let validity = Validity::from_flags(24, 16, texels.collect());
+        for image in [colors.into(), deep, gray] {
+            for role in [Role::Color, Role::Normal, Role::Data] {
+                let all = scale_down_often(&image, role, &validity, 3).unwrap();
+                assert_eq!(all.len(), 3);
+                for (halvings, (found, valid)) in (1..).zip(all) {
+                    let (one, own) = scale_down(&image, role, &validity, halvings).unwrap();
+                    assert_eq!((found.as_bytes(), &valid), (one.as_bytes(), &own), "{role:?}");
+                }
+            }
         }
     }
 
