@@ -279,6 +279,7 @@ fn speed(criterion: &mut Criterion) {
         size: [SIDE; 2],
         wrap,
         is_in_place: true,
+        gained: None,
         outputs: &outputs,
     };
     let mut group = criterion.benchmark_group("transfer");

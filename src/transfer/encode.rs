@@ -4,13 +4,15 @@ use std::borrow::Cow;
 
 use image::DynamicImage;
 use seamwise_texture::Role;
+use seamwise_texture::transfer::Picture;
 
-use crate::error::Result;
-use crate::image_file::codec::{EncodeOptions, encode_anew, encode_with};
+use crate::error::{Error, Result};
+use crate::image_file::codec::{EncodeOptions, decode, encode_anew, encode_with};
 use crate::image_file::encoded::{EncodedImage, ImageFormat};
 use crate::image_file::lossy_webp;
 use crate::image_file::metadata::Metadata;
 use crate::image_file::palette::{has_palette, reduce};
+use crate::limit::MemoryLimit;
 
 /// File formats of textures.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -30,6 +32,41 @@ pub enum TextureFormat {
     /// Colors with losses, transparent ones too, and all else losslessly, in `EXT_texture_webp`; PNG for more than
     /// eight bits.
     LossyWebP,
+}
+
+/// [`store`], and what a reader of the file gets to see.
+pub(super) fn store_to_read(
+    image: &DynamicImage,
+    role: Role,
+    before: Option<&EncodedImage>,
+    format: (TextureFormat, u8),
+    limit: MemoryLimit,
+) -> Result<(EncodedImage, Picture)> {
+    let file = store(image, role, before, format)?;
+    let decoded = match is_exact(&file, role, before, format.0) {
+        true => None,
+        false => Some(decode(&file, "a level's image", limit)?),
+    };
+    let picture = Picture::without_mips(decoded.as_ref().unwrap_or(image), role);
+    Ok((file, picture.map_err(Error::internal)?))
+}
+
+/// Whether a file of [`store`] holds the image's own texels.
+fn is_exact(
+    file: &EncodedImage,
+    role: Role,
+    before: Option<&EncodedImage>,
+    format: TextureFormat,
+) -> bool {
+    let is_reduced = || {
+        let palette = before.is_some_and(|before| has_palette(&before.bytes));
+        palette && role == Role::Color && format == TextureFormat::Keep
+    };
+    match file.format {
+        ImageFormat::Png => !is_reduced(),
+        ImageFormat::WebP => role != Role::Color || format != TextureFormat::LossyWebP,
+        _ => false,
+    }
 }
 
 /// Stores an image that replaces `before`, if it replaces one.
@@ -71,8 +108,6 @@ fn is_opaque(image: &DynamicImage) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::image_file::codec::decode;
-    use crate::limit::MemoryLimit;
 
     fn picture(alpha: u8) -> DynamicImage {
         image::RgbaImage::from_pixel(4, 4, image::Rgba([9, 90, 200, alpha])).into()
@@ -135,6 +170,44 @@ mod tests {
         let deep = DynamicImage::new_rgb16(2, 2);
         let stored = store(&deep, Role::Color, None, (TextureFormat::LossyWebP, 90)).unwrap();
         assert_eq!(stored.format, ImageFormat::Png);
+    }
+
+    #[test]
+    fn what_is_called_exact_is_read_as_it_was() {
+        let colors = image::RgbImage::from_fn(40, 40, |x, y| {
+            image::Rgb([(x * 6) as u8, (y * 6) as u8, (x * y) as u8])
+        });
+        let few = image::RgbImage::from_fn(4, 4, |x, _| image::Rgb([x as u8; 3])).into();
+        let palette = crate::image_file::palette::write_indexed(&few).expect("four colors").into();
+        let palette = EncodedImage { bytes: palette, format: ImageFormat::Png };
+        let alike = |format| {
+            store(&colors.clone().into(), Role::Data, None, (format, 90))
+                .expect("a file of its kind")
+        };
+        let kinds = [TextureFormat::Png, TextureFormat::WebP, TextureFormat::Jpeg];
+        let before =
+            kinds.map(|format| Some(alike(format))).into_iter().chain([None, Some(palette)]);
+        let deep = DynamicImage::from(colors.clone()).into_rgb16();
+        let images: [DynamicImage; 2] = [colors.into(), deep.into()];
+        let mut exact = 0;
+        for before in before {
+            for (image, format) in images.iter().flat_map(|image| {
+                let lossy = cfg!(feature = "webp").then_some(TextureFormat::LossyWebP);
+                kinds.into_iter().chain([TextureFormat::Keep]).chain(lossy).map(move |f| (image, f))
+            }) {
+                for role in [Role::Color, Role::Normal, Role::Data] {
+                    let Ok(file) = store(image, role, before.as_ref(), (format, 90)) else {
+                        continue;
+                    };
+                    let read = decode(&file, "", MemoryLimit::default()).expect("a file of ours");
+                    if is_exact(&file, role, before.as_ref(), format) {
+                        assert_eq!(read.to_rgba16(), image.to_rgba16(), "{format:?} {role:?}");
+                        exact += 1;
+                    }
+                }
+            }
+        }
+        assert!(exact > 60, "{exact}");
     }
 
     #[test]

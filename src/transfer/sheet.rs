@@ -7,12 +7,12 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use seamwise_attr::Mesh;
 use seamwise_texture::transfer::{
-    ImageErrors, Job, Output, Pair, Picture, Reading, Transferred, errors, transfer,
+    Gained, ImageErrors, Job, Output, Pair, Picture, Reading, Transferred, errors, transfer,
 };
-use seamwise_texture::{Role, Validity, keep_coverage, repair, scale_down};
+use seamwise_texture::{Role, Validity, keep_coverage, repair, scale_down_often};
 
 use super::choice::{Candidate, Measured, PLACES, TextureChoice};
-use super::encode::store;
+use super::encode::{store, store_to_read};
 use super::layout::{ChartGroup, ImageUse, MergeGroup, NewNormals, SourceReading, UvLayout, faces};
 use super::merged_images;
 use super::options::{BakeNormals, TransferOptions};
@@ -227,7 +227,10 @@ impl Sheet<'_> {
         };
         let faces = faces(&self.layout.charts, &level.meshes);
         let (pairs, faces, outputs) = (&level.pairs[..], &faces[..], &outputs[..]);
-        let job = Job { pairs, faces, size, wrap, is_in_place, outputs };
+        let is_optional = options.bake_normals == BakeNormals::Auto && merge_group.is_none();
+        let gained = Gained { first: self.images.len(), least_degrees: LOST_SHAPE_DEGREES };
+        let gained = Some(gained).filter(|own| is_optional && own.first < outputs.len());
+        let job = Job { pairs, faces, size, wrap, is_in_place, outputs, gained };
         let Transferred { images, normal_degrees_rms } =
             transfer(&job, rows).map_err(Error::internal)?;
         let coverage = |output: usize| {
@@ -256,12 +259,15 @@ impl Sheet<'_> {
         if options.chooses && is_in_place && merge_group.is_none() {
             let candidates = |(at, image): (usize, &(DynamicImage, Validity))| {
                 let one = |(image, validity): (DynamicImage, Validity)| {
-                    store(&fill(at, image, &validity)?, outputs[at].role, before(at), format)
+                    let image = fill(at, image, &validity)?;
+                    store_to_read(&image, outputs[at].role, before(at), format, origin.limit)
                 };
                 let smaller = smaller(image, outputs[at].role, (is_wanted(at), options.in_blocks))?;
                 smaller.into_par_iter().map(one).collect::<Result<Vec<_>>>()
             };
-            let stored = images.par_iter().enumerate().map(candidates).collect::<Result<_>>()?;
+            let stored = images.par_iter().enumerate().map(candidates);
+            let mut stored = stored.collect::<Result<Vec<_>>>()?;
+            stored.resize_with(outputs.len(), Vec::new);
             let measured = self.measure(&job, stored, origin, options.in_blocks)?;
             return Ok(Made { measured, ..none });
         }
@@ -314,7 +320,7 @@ impl Sheet<'_> {
     fn measure(
         &self,
         job: &Job<'_>,
-        stored: Vec<Vec<EncodedImage>>,
+        stored: Vec<Vec<(EncodedImage, Picture)>>,
         origin: &Origin<'_>,
         in_blocks: bool,
     ) -> Result<Vec<Measured>> {
@@ -322,15 +328,8 @@ impl Sheet<'_> {
             true => bytes_with_mips(size),
             false => image.bytes.len(),
         };
-        let read = |(stored, output): (&Vec<EncodedImage>, &Output<'_>)| {
-            let one = |image: &EncodedImage| {
-                let image = decode(image, "a level's image", origin.limit)?;
-                Picture::new(&image, output.role).map_err(Error::internal)
-            };
-            stored.par_iter().map(one).collect::<Result<Vec<_>>>()
-        };
-        let pictures = stored.par_iter().zip(job.outputs).map(read);
-        let pictures = pictures.collect::<Result<Vec<_>>>()?;
+        let (stored, pictures): (Vec<Vec<EncodedImage>>, Vec<Vec<Picture>>) =
+            stored.into_iter().map(|own| own.into_iter().unzip()).unzip();
         let size = |picture: &Picture| [0, 1].map(|axis| picture.size()[axis] as usize);
         let sizes: Vec<Vec<_>> =
             pictures.iter().map(|own| own.iter().map(size).collect()).collect();
@@ -390,20 +389,16 @@ fn smaller(
     role: Role,
     (is_wanted, in_blocks): (bool, bool),
 ) -> Result<Vec<(DynamicImage, Validity)>> {
-    let mut all = Vec::new();
-    let least = image.width().min(image.height()) as usize;
-    for halvings in 0..=HALVINGS {
-        if !is_wanted || halvings > 0 && least >> halvings < LEAST_SIDE {
-            break;
-        }
-        let size = [image.width(), image.height()].map(|side| side as usize >> halvings);
-        if in_blocks && stored_size(size) != size {
-            break;
-        }
-        all.push(match halvings {
-            0 => (image.clone(), validity.clone()),
-            _ => scale_down(image, role, validity, halvings).map_err(Error::internal)?,
-        });
+    if !is_wanted {
+        return Ok(Vec::new());
     }
+    let sides = [image.width() as usize, image.height() as usize];
+    let is_made = |halvings: &u32| {
+        let size = sides.map(|side| side >> halvings);
+        size[0].min(size[1]) >= LEAST_SIDE && !(in_blocks && stored_size(size) != size)
+    };
+    let times = (1..=HALVINGS).take_while(is_made).count() as u32;
+    let mut all = vec![(image.clone(), validity.clone())];
+    all.extend(scale_down_often(image, role, validity, times).map_err(Error::internal)?);
     Ok(all)
 }

@@ -178,7 +178,7 @@ fn least(a: f32, b: f32) -> f32 {
 
 /// The greatest whole number up to a value, without the instruction that the oldest processors lack.
 #[inline(always)]
-fn floor(value: f32) -> f32 {
+pub(crate) fn floor(value: f32) -> f32 {
     const SHIFT: f32 = 12_582_912.0;
     let rounded = (value + SHIFT) - SHIFT;
     let floor = if rounded > value { rounded - 1.0 } else { rounded };

@@ -76,13 +76,25 @@ impl Mips {
         data: &[u8],
         encoding: ColorEncoding,
     ) -> Result<Self> {
-        check_size(width, height, 4, data.len())?;
-        let texels = data.chunks_exact(4).map(|t| [t[0], t[1], t[2], t[3]]).collect();
-        let base = MipLevel { width, height, texels: Texels::of_bytes(texels, encoding) };
+        let mut mips = Self::largest_of_rgba8(width, height, data, encoding)?;
+        let base = mips.levels.remove(0);
         Ok(Self::below(base, |floats| {
             let bytes = floats.par_iter().map(|texel| encode(*texel, encoding)).collect();
             Texels::of_bytes(bytes, encoding)
         }))
+    }
+
+    /// An 8-bit image as [`Mips::from_rgba8`] takes it, without anything smaller.
+    pub(crate) fn largest_of_rgba8(
+        width: usize,
+        height: usize,
+        data: &[u8],
+        encoding: ColorEncoding,
+    ) -> Result<Self> {
+        check_size(width, height, 4, data.len())?;
+        let texels = data.as_chunks::<4>().0.to_vec();
+        let levels = vec![MipLevel { width, height, texels: Texels::of_bytes(texels, encoding) }];
+        Ok(Self { levels })
     }
 
     /// The mip maps of a linear image of 1 (gray), 3 or 4 channels, kept in f32: 21⅓ bytes per
@@ -231,6 +243,37 @@ impl MipLevel {
         self.read(x, y).to_array()
     }
 
+    /// Adds four texels of a row to a sum, one after the other, decoded to linear and weighed; the first
+    /// lies at a column.
+    ///
+    /// # Panics
+    /// If one lies outside the image.
+    #[inline(always)]
+    pub(crate) fn add_four(&self, x: usize, y: usize, weights: [f32; 4], sum: Vec4) -> Vec4 {
+        assert!(x + 4 <= self.width, "columns from {x} on of an image {} wide", self.width);
+        let texels = y * self.width + x..y * self.width + x + 4;
+        match &self.texels {
+            Texels::Bytes(bytes, encoding) => {
+                let bytes = &bytes[texels];
+                let light = match encoding {
+                    ColorEncoding::Srgb => srgb8_table(),
+                    ColorEncoding::Linear => &BYTE_SHARES,
+                };
+                let sum = sum + by_table(bytes[0], light) * weights[0];
+                let sum = sum + by_table(bytes[1], light) * weights[1];
+                let sum = sum + by_table(bytes[2], light) * weights[2];
+                sum + by_table(bytes[3], light) * weights[3]
+            }
+            Texels::Floats(floats) => {
+                let floats = &floats[texels];
+                let sum = sum + Vec4::from_array(floats[0]) * weights[0];
+                let sum = sum + Vec4::from_array(floats[1]) * weights[1];
+                let sum = sum + Vec4::from_array(floats[2]) * weights[2];
+                sum + Vec4::from_array(floats[3]) * weights[3]
+            }
+        }
+    }
+
     #[inline]
     fn read(&self, x: usize, y: usize) -> Vec4 {
         let index = y * self.width + x;
@@ -245,11 +288,7 @@ impl MipLevel {
         match &self.texels {
             Texels::Bytes(texels, ColorEncoding::Srgb) => {
                 let light = srgb8_table();
-                quad.mix(|at| {
-                    let [r, g, b, a] = texels[at];
-                    let (r, g, b) = (light[r as usize], light[g as usize], light[b as usize]);
-                    Vec4::new(r, g, b, BYTE_SHARES[a as usize])
-                })
+                quad.mix(|at| by_table(texels[at], light))
             }
             // Divided once: a division is exact where all four are equal, whenever it is made.
             Texels::Bytes(texels, ColorEncoding::Linear) => {
@@ -263,16 +302,22 @@ impl MipLevel {
     }
 }
 
+/// A texel whose color channels stand for the numbers of a table.
+#[inline(always)]
+fn by_table([r, g, b, a]: [u8; 4], table: &[f32; 256]) -> Vec4 {
+    let (r, g, b) = (table[r as usize], table[g as usize], table[b as usize]);
+    Vec4::new(r, g, b, BYTE_SHARES[a as usize])
+}
+
 #[inline]
 fn decode(texel: [u8; 4], encoding: ColorEncoding) -> Vec4 {
-    let [r, g, b, a] = texel;
-    match encoding {
-        ColorEncoding::Srgb => {
-            let [r, g, b] = [r, g, b].map(|byte| srgb8_table()[byte as usize]);
-            Vec4::new(r, g, b, f32::from(a) / 255.0)
-        }
-        ColorEncoding::Linear => Vec4::from_array([r, g, b, a].map(f32::from)) / 255.0,
-    }
+    by_table(
+        texel,
+        match encoding {
+            ColorEncoding::Srgb => srgb8_table(),
+            ColorEncoding::Linear => &BYTE_SHARES,
+        },
+    )
 }
 
 fn encode(texel: [f32; 4], encoding: ColorEncoding) -> [u8; 4] {

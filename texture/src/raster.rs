@@ -252,6 +252,17 @@ impl UvTriangle {
         if sum > 0.0 { areas.map(|area| area / sum) } else { [1.0 / 3.0; 3] }
     }
 
+    /// [`Self::barycentrics`] at `p`, if it lies in the triangle or on its outline.
+    #[inline]
+    pub(crate) fn weights_inside(&self, p: DVec2) -> Option<[f64; 3]> {
+        let areas = self.edges.map(|edge| edge.at(p) - edge.slack);
+        if !areas.iter().all(|&area| area >= 0.0) {
+            return None;
+        }
+        let sum = areas[0] + areas[1] + areas[2];
+        Some(if sum > 0.0 { areas.map(|area| area / sum) } else { [1.0 / 3.0; 3] })
+    }
+
     /// Whether `p` (texels) lies in the triangle or on its outline.
     #[inline]
     pub(crate) fn contains(&self, p: DVec2) -> bool {

@@ -17,14 +17,17 @@
 
 use glam::Vec3;
 use rayon::prelude::*;
-use seamwise_attr::{Mesh, Surface, TriangleId, closest_on_triangle};
+use seamwise_attr::{Mesh, Nearest, Surface, TriangleId, Vicinity, closest_on_triangle};
 
-use super::shading_mesh::{ShadingMesh, SurfacePoint};
+use super::shading_mesh::{ShadingMesh, ShadingTriangle, SurfacePoint, mix};
 
 /// Cosine between normals of the level and a source triangle's from which on it lies on the same side.
 const SAME_SIDE: f32 = 0.2;
 /// A place of the own chart counts as the nearest if it is so many texels from it.
 const SLIDE: f32 = 0.2;
+
+/// How much farther than the radius and the distance of one of them triangles around points are listed.
+const ROOM: f32 = 1.25;
 
 /// A point of a level that looks for its place.
 #[derive(Clone, Copy, Debug)]
@@ -107,15 +110,9 @@ impl<'a> Source<'a> {
         point: &LevelPoint,
         guess: Option<SurfacePoint>,
     ) -> Option<SurfacePoint> {
-        let LevelPoint { position, smooth, plane, group, chart, texel } = *point;
-        // Vertex normals may point inward all over; a triangle is what has sides.
-        let normal = if smooth.dot(plane) < 0.0 { -smooth } else { smooth };
-        let is_own = |triangle: TriangleId| self.facets[triangle].group == group;
-        let faces = |triangle: TriangleId| {
-            let facet = self.facets[triangle];
-            facet.group == group
-                && facet.normal.dot(normal).max(facet.normal.dot(plane)) > SAME_SIDE
-        };
+        let position = point.position;
+        let faces = |triangle| self.faces(point, triangle);
+        let is_own = |triangle: TriangleId| self.facets[triangle].group == point.group;
         let nearest = |to: Vec3, most: f32, accept: &dyn Fn(TriangleId) -> bool| {
             self.surface.closest_point_where(to, most, accept)
         };
@@ -130,14 +127,81 @@ impl<'a> Source<'a> {
             .and_then(|guess| nearest(position, reach(guess).next_up(), &faces))
             .or_else(|| nearest(position, f32::INFINITY, &faces))
             .or_else(|| nearest(position, f32::INFINITY, &is_own))?;
-        let in_chart = |triangle: TriangleId| self.side.charts[triangle] == chart;
-        let near = if in_chart(near.triangle) {
+        let near = if self.is_in_chart(point, near.triangle) {
             near
         } else {
-            let own = |triangle| in_chart(triangle) && faces(triangle);
-            nearest(near.point, SLIDE * texel, &own).unwrap_or(near)
+            let own = |triangle| self.is_in_chart(point, triangle) && faces(triangle);
+            nearest(near.point, SLIDE * point.texel, &own).unwrap_or(near)
         };
-        Some(SurfacePoint { triangle: near.triangle.index(), barycentrics: near.barycentrics })
+        Some(near.into())
+    }
+
+    /// The same, if it can be told from the triangles of the group around a place near the point.
+    #[inline]
+    pub(super) fn find_among(
+        &self,
+        point: &LevelPoint,
+        vicinity: &Vicinity,
+    ) -> Option<SurfacePoint> {
+        let position = point.position.as_dvec3();
+        let faces = |triangle| self.faces(point, triangle);
+        let foot = vicinity.closest_foot(position, f64::INFINITY, faces)?;
+        if !vicinity.covers(position, foot.distance_squared.sqrt()) {
+            return None;
+        }
+        let near = Nearest::from(foot);
+        if self.is_in_chart(point, near.triangle) {
+            return Some(near.into());
+        }
+        let (from, slide) = (near.point.as_dvec3(), f64::from(SLIDE * point.texel));
+        if !vicinity.covers(from, slide) {
+            return None;
+        }
+        let own = |triangle| self.is_in_chart(point, triangle) && faces(triangle);
+        let own = vicinity.closest_foot(from, slide, own).map(Nearest::from);
+        Some(own.unwrap_or(near).into())
+    }
+
+    /// Lists the triangles of a group about a place where points are looked for that lie within a
+    /// radius of it and are about as far from the source as one that was found.
+    pub(super) fn gather(
+        &self,
+        (place, radius): (Vec3, f32),
+        point: &LevelPoint,
+        found: SurfacePoint,
+        vicinity: &mut Vicinity,
+    ) {
+        let corners = self.side.mesh.triangle_positions(found.triangle);
+        let distance = mix(found.barycentrics, corners).distance(point.position);
+        let reach = ROOM * (distance + radius) + SLIDE * point.texel;
+        let is_own = |triangle: TriangleId| self.facets[triangle].group == point.group;
+        vicinity.gather(&self.surface, place, f64::from(reach), is_own);
+    }
+
+    /// A triangle, ready for many places.
+    pub(super) fn triangle(&self, triangle: usize) -> ShadingTriangle {
+        self.side.triangle_in(triangle, self.facets[TriangleId::new(triangle)].normal)
+    }
+
+    /// Whether a triangle is one of a point's own group, and faces the same way.
+    #[inline]
+    fn faces(&self, point: &LevelPoint, triangle: TriangleId) -> bool {
+        let LevelPoint { smooth, plane, .. } = *point;
+        // Vertex normals may point inward all over; a triangle is what has sides.
+        let normal = if smooth.dot(plane) < 0.0 { -smooth } else { smooth };
+        let facet = self.facets[triangle];
+        facet.group == point.group
+            && facet.normal.dot(normal).max(facet.normal.dot(plane)) > SAME_SIDE
+    }
+
+    fn is_in_chart(&self, point: &LevelPoint, triangle: TriangleId) -> bool {
+        self.side.charts[triangle] == point.chart
+    }
+}
+
+impl From<Nearest> for SurfacePoint {
+    fn from(near: Nearest) -> Self {
+        Self { triangle: near.triangle.index(), barycentrics: near.barycentrics }
     }
 }
 
@@ -255,6 +319,28 @@ mod tests {
             }
             assert_eq!(source.find(&at, alone), alone);
         }
+    }
+
+    #[test]
+    fn a_list_of_what_is_around_changes_nothing() {
+        let mut mesh = squares(&[0.1, 0.25, -0.3, 0.6]);
+        mesh.groups.fill(0);
+        let charts = [0, 0, 0, 1, 1, 1, 1, 1];
+        let source = Source::new(ShadingMesh { mesh: &mesh, tangents: &[], charts: &charts });
+        let (mut vicinity, mut told) = (Vicinity::default(), 0);
+        for step in 0..=200u8 {
+            let along = f32::from(step) / 200.0;
+            let at = point(Vec3::new(0.3 + 0.4 * along, 0.6, 0.7 * along), [Vec3::Z; 2]);
+            let at = LevelPoint { chart: u32::from(step % 2), texel: 0.2, ..at };
+            let alone = source.find(&at, None);
+            if let Some(found) = source.find_among(&at, &vicinity) {
+                assert_eq!(Some(found), alone, "{step}");
+                told += 1;
+            } else {
+                source.gather((at.position, 0.1), &at, alone.unwrap(), &mut vicinity);
+            }
+        }
+        assert!(told > 150, "{told}");
     }
 
     #[test]

@@ -218,6 +218,7 @@ mod tests {
             size: [64; 2],
             wrap,
             is_in_place: true,
+            gained: None,
             outputs: &outputs,
         };
         errors(&job, &[vec![made]], 4000).remove(0)

@@ -29,6 +29,7 @@ mod correspond;
 mod errors;
 mod owners;
 mod picture;
+mod places;
 mod row;
 mod shading_mesh;
 
@@ -45,7 +46,8 @@ use crate::samples::with_buffer;
 use crate::validity::Validity;
 use crate::wrap::Wrap;
 use owners::Owners;
-use row::{LevelFace, Maker, Row, write};
+use places::BLOCK;
+use row::{Angles, LevelFace, Maker, Rows, write};
 
 use correspond::LevelPoint;
 pub use correspond::Source;
@@ -58,8 +60,11 @@ const MOST_PARTS: usize = 4;
 /// The width of the gutter around charts where texels are made too, in texels: bilinear taps at the
 /// rims of charts read no farther.
 const GUTTER: f64 = 1.5;
+/// The share of the angle from which on images are gained below which an estimate of it need not be
+/// right: of one in 64 texels.
+const SURELY: f64 = 0.75;
 /// Rows that are made before they are written.
-const ROWS: usize = 64;
+const ROWS: usize = 128;
 
 /// A level of a source.
 #[derive(Clone, Copy)]
@@ -148,14 +153,28 @@ pub struct Job<'a> {
     pub is_in_place: bool,
     /// The images.
     pub outputs: &'a [Output<'a>],
+    /// The images among them that are not always wanted.
+    pub gained: Option<Gained>,
+}
+
+/// Images that a level gains where it has lost shape.
+#[derive(Clone, Copy, Debug)]
+pub struct Gained {
+    /// The first of them: all after it are gained too.
+    pub first: usize,
+    /// The RMS angle between the shading normals of the source and the level's own, in degrees, below
+    /// which they are not wanted. They may be made all the same.
+    pub least_degrees: f64,
 }
 
 /// The result of a transfer.
 #[derive(Clone, Debug)]
 pub struct Transferred {
-    /// One per output, with the texels that were made; others hold nothing.
+    /// One per output, with the texels that were made, others hold nothing; fewer if those that are gained
+    /// are not wanted.
     pub images: Vec<(DynamicImage, Validity)>,
-    /// RMS angle between the shading normals of the source and the level's own, in degrees.
+    /// RMS angle between the shading normals of the source and the level's own, in degrees; estimated from
+    /// some texels if what is gained was not made.
     pub normal_degrees_rms: f64,
 }
 
@@ -170,35 +189,41 @@ pub fn transfer(job: &Job<'_>, rows: &AtomicUsize) -> Result<Transferred> {
     let fine = job.size.map(|side| side * parts);
     let owners = Owners::new(fine, job.wrap, job.faces, GUTTER * parts as f64);
     let blank = |output: &Output<'_>| DynamicImage::new(width as u32, height as u32, output.color);
-    let mut images: Vec<DynamicImage> = job.outputs.iter().map(blank).collect();
-    let mut made = vec![Vec::with_capacity(width * height); job.outputs.len()];
     let (lods, texels) = (job.lods(fine), job.texels());
     let faces = job.faces.iter().map(|face| LevelFace::new(job, face, fine)).collect();
     let maker = Maker { job, owners: &owners, parts, faces, lods, texels };
-    let (mut angle_sum, mut angle_count) = (0.0, 0usize);
+    let estimate = job.gained.map(|gained| (gained, maker.degrees_of_some()));
+    let unwanted = estimate.filter(|(own, degrees)| *degrees < SURELY * own.least_degrees);
+    let outputs = &job.outputs[..unwanted.map_or(job.outputs.len(), |(own, _)| own.first)];
+    let mut images: Vec<DynamicImage> = outputs.iter().map(blank).collect();
+    let mut made = vec![Vec::with_capacity(width * height); outputs.len()];
+    let mut angles = Angles::default();
     for first in (0..height).step_by(ROWS) {
-        let rows_made: Vec<Row> = (first..(first + ROWS).min(height))
+        let blocks: Vec<Rows> = (first..(first + ROWS).min(height))
             .into_par_iter()
-            .map(|y| {
-                let row = maker.row(y);
-                rows.fetch_add(1, Ordering::Relaxed);
-                row
+            .step_by(BLOCK)
+            .map(|top| {
+                let made = maker.rows(top, outputs.len());
+                rows.fetch_add(BLOCK.min(height - top), Ordering::Relaxed);
+                made
             })
             .collect();
-        angle_sum += rows_made.iter().map(|row| row.angle_sum).sum::<f64>();
-        angle_count += rows_made.iter().map(|row| row.angle_count).sum::<usize>();
-        for (index, (image, output)) in images.iter_mut().zip(job.outputs).enumerate() {
-            let own = index * width..(index + 1) * width;
+        blocks.iter().for_each(|rows| angles.add(rows.angles));
+        for (index, (image, output)) in images.iter_mut().zip(outputs).enumerate() {
+            let own = |rows: &Rows| {
+                let count = rows.made.len() / outputs.len();
+                index * count..(index + 1) * count
+            };
             let values: Vec<&[Vec4]> =
-                rows_made.iter().map(|row| &row.values[own.clone()]).collect();
+                blocks.iter().flat_map(|rows| rows.values[own(rows)].chunks(width)).collect();
             with_buffer!(image, buffer => write(buffer, output.role, first, &values))?;
-            rows_made.iter().for_each(|row| made[index].extend_from_slice(&row.made[own.clone()]));
+            blocks.iter().for_each(|rows| made[index].extend_from_slice(&rows.made[own(rows)]));
         }
     }
     let validity = |made| Validity::from_flags(width, height, made);
     Ok(Transferred {
         images: images.into_iter().zip(made.into_iter().map(validity)).collect(),
-        normal_degrees_rms: (angle_sum / angle_count.max(1) as f64).sqrt().to_degrees(),
+        normal_degrees_rms: unwanted.map_or(angles.degrees_rms(), |(_, degrees)| degrees),
     })
 }
 

@@ -20,10 +20,13 @@ const MOST_REPEATS: f64 = 8.0;
 /// The most owners of a texel.
 pub(super) const MOST_OWNERS: usize = 8;
 
+/// Set in the number of a first face that is not the only one.
+const SHARED: u32 = 1 << 31;
+
 /// The faces of each texel.
 pub(super) struct Owners {
     width: usize,
-    /// One per texel: 1 + its first face, or 0.
+    /// One per texel: 1 + its first face, or 0; with [`SHARED`] if it has others.
     faces: Vec<u32>,
     /// The other faces of texels that have several, in the order of texels.
     others: Vec<(u32, u32)>,
@@ -58,6 +61,9 @@ impl Owners {
         map.others.sort_unstable();
         map.others.dedup();
         map.extend(size, wrap, &triangles, reach);
+        for (texel, _) in &map.others {
+            map.faces[*texel as usize] |= SHARED;
+        }
         map
     }
 
@@ -81,7 +87,7 @@ impl Owners {
                     // The other may cover it in another repeat.
                     let other = faces[self.faces[at] as usize - 1].uvs;
                     let texel = [at % size[0], at / size[0]];
-                    let [_, weights] = Placed::new(other, size, wrap).weights(texel);
+                    let [_, weights] = Placed::new(other, size, wrap).find(texel).weights;
                     let is_inside = weights.min_element() > ON_EDGE as f32;
                     if is_inside && self.faces[at] != own {
                         self.others.push((at as u32, own - 1));
@@ -121,16 +127,24 @@ impl Owners {
         }
     }
 
+    /// The only face of a texel; none if it has several, or none.
+    #[inline]
+    pub(super) fn only(&self, x: usize, y: usize) -> Option<usize> {
+        let first = self.faces[y * self.width + x];
+        if first & SHARED == 0 { (first as usize).checked_sub(1) } else { None }
+    }
+
     /// The faces of a texel.
     pub(super) fn of(&self, x: usize, y: usize) -> impl Iterator<Item = usize> {
         let texel = y * self.width + x;
-        let first = (self.faces[texel] as usize).checked_sub(1);
-        let from = match self.others.is_empty() || first.is_none() {
+        let first = self.faces[texel];
+        let from = match first & SHARED == 0 {
             true => self.others.len(),
             false => self.others.partition_point(|other| (other.0 as usize) < texel),
         };
         let others = self.others[from..].iter().take_while(move |other| other.0 as usize == texel);
         let others = others.map(|other| other.1 as usize).take(MOST_OWNERS - 1);
+        let first = ((first & !SHARED) as usize).checked_sub(1);
         first.into_iter().chain(others)
     }
 }
@@ -152,16 +166,25 @@ impl Placed {
         Self { triangle: UvTriangle::new(corners), middle, size, wrap }
     }
 
-    /// The place of a texel's center: weights of the face's corners at the nearest place inside, and at
-    /// the center itself, some below 0 in the gutter.
-    pub(super) fn weights(&self, [x, y]: [usize; 2]) -> [Vec3; 2] {
-        let Self { size, wrap, middle, .. } = *self;
-        let Some(triangle) = &self.triangle else { return [Vec3::splat(1.0 / 3.0); 2] };
-        let weights = |p: DVec2| DVec3::from_array(triangle.barycentrics(p)).as_vec3();
+    /// The place of a texel's center.
+    #[inline]
+    pub(super) fn find(&self, [x, y]: [usize; 2]) -> Spot {
         let center = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
-        if triangle.contains(center) {
-            return [weights(center); 2];
+        match self.triangle.as_ref().and_then(|triangle| triangle.weights_inside(center)) {
+            Some(weights) => {
+                let weights = DVec3::from_array(weights).as_vec3();
+                Spot { weights: [weights; 2], center }
+            }
+            None => self.find_outside([x, y]),
         }
+    }
+
+    #[cold]
+    fn find_outside(&self, [x, y]: [usize; 2]) -> Spot {
+        let Self { size, wrap, middle, .. } = *self;
+        let Some(triangle) = &self.triangle else {
+            return Spot { weights: [Vec3::splat(1.0 / 3.0); 2], center: middle };
+        };
         let columns = copies(x, size[0], wrap[0], middle.x);
         let rows = copies(y, size[1], wrap[1], middle.y);
         let centers = columns.iter().flat_map(|&x| rows.iter().map(move |&y| DVec2::new(x, y)));
@@ -173,8 +196,24 @@ impl Placed {
             // Off the seam, where it is not told on which side of it a place lies.
             inside = inside.lerp(middle, INWARD);
         }
-        [weights(inside), weights(center)]
+        Spot { weights: [self.weights_at(inside), self.weights_at(center)], center }
     }
+
+    /// Weights of the corners at a place in texels, some below 0 outside.
+    pub(super) fn weights_at(&self, place: DVec2) -> Vec3 {
+        let weights = self.triangle.as_ref().map(|triangle| triangle.barycentrics(place));
+        weights.map_or(Vec3::splat(1.0 / 3.0), |weights| DVec3::from_array(weights).as_vec3())
+    }
+}
+
+/// The place of a texel's center in a face.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Spot {
+    /// Weights of the face's corners at the nearest place inside, and at the center itself, some below 0
+    /// in the gutter.
+    pub(super) weights: [Vec3; 2],
+    /// The center, or its copy that lies nearest to the face, in texels.
+    pub(super) center: DVec2,
 }
 
 /// The centers, along an axis, of a texel's two copies nearest to `middle`.
@@ -291,7 +330,7 @@ mod tests {
             for at in 0..64 {
                 let texel = [at % 8, at / 8];
                 if map.of(texel[0], texel[1]).next().is_some() {
-                    let [_, weights] = Placed::new(face.uvs, size, [wrap; 2]).weights(texel);
+                    let [_, weights] = Placed::new(face.uvs, size, [wrap; 2]).find(texel).weights;
                     let uv = (0..3).map(|i| face.uvs[i] * weights[i]).sum::<Vec2>();
                     let found = [0, 1].map(|axis| wrap.texel((uv[axis] * 8.0).floor() as i64, 8));
                     assert_eq!(found, texel);

@@ -13,6 +13,7 @@ use glam::{Vec2, Vec4};
 use image::DynamicImage;
 
 use crate::error::Result;
+use crate::many::floor;
 use crate::mips::{ColorEncoding, MipLevel, Mips};
 use crate::plane::Plane;
 use crate::role::Role;
@@ -37,11 +38,28 @@ impl Picture {
     /// [`Error::Invalid`](crate::Error::Invalid) if it is empty or of a kind that
     /// [`repair`](fn@crate::repair) does not know.
     pub fn new(image: &DynamicImage, role: Role) -> Result<Self> {
+        Self::of(image, role, Mips::from_rgba8)
+    }
+
+    /// Prepares an image to be read from near by alone, as [`errors`](fn@super::errors) does: without mip
+    /// maps.
+    ///
+    /// # Errors
+    /// As [`Picture::new`].
+    pub fn without_mips(image: &DynamicImage, role: Role) -> Result<Self> {
+        Self::of(image, role, Mips::largest_of_rgba8)
+    }
+
+    fn of(
+        image: &DynamicImage,
+        role: Role,
+        of_bytes: impl Fn(usize, usize, &[u8], ColorEncoding) -> Result<Mips>,
+    ) -> Result<Self> {
         let (width, height) = (image.width() as usize, image.height() as usize);
         let mips = if image.color().bytes_per_pixel() / image.color().channel_count() == 1 {
             let encoding =
                 if role == Role::Color { ColorEncoding::Srgb } else { ColorEncoding::Linear };
-            Mips::from_rgba8(width, height, image.to_rgba8().as_raw(), encoding)?
+            of_bytes(width, height, image.to_rgba8().as_raw(), encoding)?
         } else {
             Mips::from_plane(&plane(image, role)?)?
         };
@@ -79,14 +97,26 @@ impl Picture {
     }
 
     /// The color at a UV, decoded: linear light, or the numbers as they are stored.
+    #[inline]
     pub(super) fn read(&self, uv: Vec2, wrap: [Wrap; 2], lod: f32) -> Vec4 {
         if lod >= MINIFIED {
             return Vec4::from_array(self.mips.sample(uv, wrap, lod));
         }
         let level = self.mips.level(0);
-        let (columns, rows) =
-            (taps(uv.x, level.width(), wrap[0]), taps(uv.y, level.height(), wrap[1]));
-        self.cubic(level, columns, rows).clamp(Vec4::ZERO, Vec4::ONE)
+        let axes =
+            [Axis::new(uv.x, level.width(), wrap[0]), Axis::new(uv.y, level.height(), wrap[1])];
+        let read = match (axes[0].inside(), axes[1].inside()) {
+            (Some(left), Some(top)) if !self.has_alpha => {
+                let ([a, b, c, d], rows) = (axes[0].weights, axes[1].weights);
+                let mut sum = Vec4::ZERO;
+                for (row, v) in rows.into_iter().enumerate() {
+                    sum = level.add_four(left, top + row, [a * v, b * v, c * v, d * v], sum);
+                }
+                sum
+            }
+            _ => self.cubic(level, axes[0].taps(), axes[1].taps()),
+        };
+        read.clamp(Vec4::ZERO, Vec4::ONE)
     }
 
     fn cubic(&self, level: &MipLevel, columns: [(usize, f32); 4], rows: [(usize, f32); 4]) -> Vec4 {
@@ -109,18 +139,48 @@ impl Picture {
     }
 }
 
-/// The four texels of an axis that a cubic at coordinate `u` reads, and their weights.
-fn taps(u: f32, size: usize, wrap: Wrap) -> [(usize, f32); 4] {
-    // One period first, as it keeps fractions of a texel far from the origin.
-    let u = if wrap == Wrap::Repeat { u - u.floor() } else { u };
-    let at = u * size as f32 - 0.5;
-    let at = if at.is_finite() { at } else { -0.5 };
-    let first = at.floor();
-    let weights = weights(at - first);
-    std::array::from_fn(|tap| (wrap.texel(first as i64 - 1 + tap as i64, size), weights[tap]))
+/// The four texels of an axis that a cubic at a coordinate reads, and their weights.
+#[derive(Clone, Copy)]
+struct Axis {
+    /// The second of the texels, before it is wrapped.
+    second: f32,
+    size: usize,
+    wrap: Wrap,
+    weights: [f32; 4],
+}
+
+impl Axis {
+    #[inline(always)]
+    fn new(u: f32, size: usize, wrap: Wrap) -> Self {
+        // One period first, as it keeps fractions of a texel far from the origin.
+        let u = if wrap == Wrap::Repeat { u - floor(u) } else { u };
+        let at = u * size as f32 - 0.5;
+        let at = if at.is_finite() { at } else { -0.5 };
+        let second = floor(at);
+        Self { second, size, wrap, weights: weights(at - second) }
+    }
+
+    /// The first texel, if none lies beyond the edges and each has a weight.
+    #[inline(always)]
+    fn inside(&self) -> Option<usize> {
+        let is_inside = self.second >= 1.0 && self.second < self.size as f32 - 2.0;
+        (is_inside && self.weights[0] != 0.0 && self.weights[3] != 0.0)
+            .then(|| self.second as usize - 1)
+    }
+
+    /// All of them.
+    fn taps(&self) -> [(usize, f32); 4] {
+        let first = self.second as i64 - 1;
+        let texel = |tap: usize| match self.weights[tap] == 0.0 {
+            true => 0,
+            false => self.wrap.texel(first + tap as i64, self.size),
+        };
+        [0, 1, 2, 3].map(|tap: usize| (texel(tap), self.weights[tap]))
+    }
 }
 
 /// Weights of the texels at −1, 0, 1 and 2 for a place at `t` in 0…1.
+#[inline(always)]
 fn weights(t: f32) -> [f32; 4] {
     // What is a texel's center but for rounding is that texel.
     let t = if t < 1e-3 {
@@ -183,6 +243,28 @@ mod tests {
         for texel in [1.5, 2.0, 3.3, 5.75] {
             let read = picture.read(Vec2::new((texel + 0.5) / 8.0, 0.5), [Wrap::Clamp; 2], 0.0);
             assert!((read.x * 255.0 - texel * 20.0).abs() < 1e-3, "{read}");
+        }
+    }
+
+    #[test]
+    fn texels_inside_are_read_as_those_at_an_edge_that_repeats() {
+        let noise = |x: u32, y: u32| (x * 37 + y * 91 + x * y * 13) as u8;
+        let small =
+            image::RgbImage::from_fn(6, 6, |x, y| image::Rgb([noise(x, y), 9, noise(y, x)]));
+        let tiled = image::RgbImage::from_fn(18, 18, |x, y| *small.get_pixel(x % 6, y % 6));
+        let deep = |image: &image::RgbImage| DynamicImage::from(image.clone()).into_rgb16().into();
+        let kinds: [fn(&image::RgbImage) -> DynamicImage; 2] = [|image| image.clone().into(), deep];
+        for kind in kinds {
+            for role in [Role::Color, Role::Data] {
+                let [small, tiled] =
+                    [&small, &tiled].map(|image| Picture::new(&kind(image), role).unwrap());
+                for step in 0..200u8 {
+                    let uv = Vec2::new(f32::from(step) * 0.0171, f32::from(step) * 0.0059).fract();
+                    let one = small.read(uv, [Wrap::Repeat; 2], 0.0);
+                    let other = tiled.read((uv + 1.0) / 3.0, [Wrap::Repeat; 2], 0.0);
+                    assert!((one - other).abs().max_element() < 2e-5, "{step}: {one} {other}");
+                }
+            }
         }
     }
 

@@ -1,12 +1,13 @@
-//! A row of texels, each read at its places on the source and averaged.
+//! Rows of texels, each read at its places on the source and averaged.
 
-use glam::{Mat3, Vec2, Vec3, Vec4};
+use glam::{DVec2, Mat3, Vec2, Vec3, Vec4};
 use image::{ImageBuffer, Pixel};
 use rayon::prelude::*;
 
 use super::correspond::LevelPoint;
-use super::owners::{MOST_OWNERS, Owners, Placed};
-use super::shading_mesh::{ShadingTriangle, SurfacePoint};
+use super::owners::{Owners, Placed};
+use super::places::{BLOCK, Places, Wanted};
+use super::shading_mesh::ShadingTriangle;
 use super::{Face, Job, Reading};
 use crate::role::Role;
 use crate::samples::{Coding, Group, Sample};
@@ -16,6 +17,9 @@ const LEAST_UP: f32 = 0.02;
 
 /// A place of the source whose UV is farther from the level's lies in another chart.
 const SLID: f32 = 0.05;
+
+/// Of so many texels each way one is looked at for an estimate.
+const SPARSE: usize = 8;
 
 /// The input of texels.
 pub(super) struct Maker<'a> {
@@ -52,70 +56,128 @@ impl LevelFace {
             chart: level.charts[triangle],
         }
     }
+
+    /// The position of a place in the image in the face's plane, in parts of texels.
+    pub(super) fn position_at(&self, place: DVec2) -> Vec3 {
+        self.triangle.position(self.placed.weights_at(place))
+    }
 }
 
-/// A row that was made.
-pub(super) struct Row {
-    /// A row of each output after the other: linear light and alpha, data as stored, or unit vectors.
+/// Rows that were made.
+pub(super) struct Rows {
+    /// The rows of each output after the other: linear light and alpha, data as stored, or unit vectors.
     pub(super) values: Vec<Vec4>,
     /// One per value: whether there is one.
     pub(super) made: Vec<bool>,
-    /// Sum of the squared angles between the source's shading normals and the level's own.
-    pub(super) angle_sum: f64,
-    /// Number of those angles.
-    pub(super) angle_count: usize,
-    /// The pair and the place of the part before, one per owner.
-    last: [Option<(u32, SurfacePoint)>; MOST_OWNERS],
+    /// Those between the source's shading normals and the level's own.
+    pub(super) angles: Angles,
+}
+
+/// Angles, summed up.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Angles {
+    /// Sum of their squares.
+    sum: f64,
+    count: usize,
+}
+
+impl Angles {
+    pub(super) fn add(&mut self, other: Self) {
+        self.sum += other.sum;
+        self.count += other.count;
+    }
+
+    /// The root of the mean of the squares, in degrees.
+    pub(super) fn degrees_rms(self) -> f64 {
+        (self.sum / self.count.max(1) as f64).sqrt().to_degrees()
+    }
 }
 
 impl Maker<'_> {
-    /// Makes row `y`.
-    pub(super) fn row(&self, y: usize) -> Row {
-        let width = self.job.size[0];
-        let outputs = self.job.outputs.len();
-        let count = width * outputs;
-        let (values, made) = (vec![Vec4::ZERO; count], vec![false; count]);
-        let mut row =
-            Row { values, made, angle_sum: 0.0, angle_count: 0, last: [None; MOST_OWNERS] };
-        let mut sums = vec![Sum::default(); outputs];
-        for x in 0..width {
-            sums.fill(Sum::default());
-            for part in 0..self.parts * self.parts {
-                let at = [x * self.parts + part % self.parts, y * self.parts + part / self.parts];
-                self.add_part(at, &mut sums, &mut row);
+    /// About the RMS angle between the shading normals of the source and the level's own, in degrees.
+    pub(super) fn degrees_of_some(&self) -> f64 {
+        let [width, height] = self.job.size;
+        let of_row = |y: usize| {
+            let mut sums = vec![Sum::default(); self.job.outputs.len()];
+            let mut places = Places::default();
+            let mut out = Rows { values: vec![], made: vec![], angles: Angles::default() };
+            for x in (SPARSE / 2..width).step_by(SPARSE) {
+                let at = [x, y].map(|at| at * self.parts);
+                places.begin(at, 0);
+                self.add_part(at, &mut sums, &mut places, &mut out);
             }
-            for (index, (sum, output)) in sums.iter().zip(self.job.outputs).enumerate() {
-                row.values[index * width + x] = sum.mean(output.role);
-                row.made[index * width + x] = sum.parts > 0.0;
+            out.angles
+        };
+        let rows = (SPARSE / 2..height).into_par_iter().step_by(SPARSE);
+        let mut angles = Angles::default();
+        rows.map(of_row).collect::<Vec<_>>().into_iter().for_each(|own| angles.add(own));
+        angles.degrees_rms()
+    }
+
+    /// Makes [`BLOCK`] rows from row `top` on, or as many as there are, of the first outputs.
+    pub(super) fn rows(&self, top: usize, outputs: usize) -> Rows {
+        let [width, height] = self.job.size;
+        let rows = BLOCK.min(height - top);
+        let count = width * rows * outputs;
+        let (values, made) = (vec![Vec4::ZERO; count], vec![false; count]);
+        let mut out = Rows { values, made, angles: Angles::default() };
+        let mut sums = vec![Sum::default(); outputs];
+        let mut places = Places::default();
+        for left in (0..width).step_by(BLOCK) {
+            places.begin([left, top].map(|at| at * self.parts), BLOCK * self.parts);
+            for (row, x) in
+                (0..rows).flat_map(|row| (left..(left + BLOCK).min(width)).map(move |x| (row, x)))
+            {
+                sums.fill(Sum::default());
+                let corner = [x, top + row].map(|at| at * self.parts);
+                for part in 0..self.parts * self.parts {
+                    let at = [corner[0] + part % self.parts, corner[1] + part / self.parts];
+                    self.add_part(at, &mut sums, &mut places, &mut out);
+                }
+                for (index, (sum, output)) in sums.iter().zip(self.job.outputs).enumerate() {
+                    if sum.parts > 0.0 {
+                        let at = (index * rows + row) * width + x;
+                        out.values[at] = sum.mean(output.role);
+                        out.made[at] = true;
+                    }
+                }
             }
         }
-        row
+        out
     }
 
     /// Finds the places of one part of a texel and adds what every output reads there. Of several each
     /// counts by the area that it shows on the level.
-    fn add_part(&self, at: [usize; 2], sums: &mut [Sum], row: &mut Row) {
+    #[inline]
+    fn add_part(&self, at: [usize; 2], sums: &mut [Sum], places: &mut Places, out: &mut Rows) {
+        if let Some(face) = self.owners.only(at[0], at[1]) {
+            self.add_place(at, (0, face, 1.0), sums, places, out);
+            return;
+        }
         let area = |face: usize| self.texels[face] * self.texels[face];
         let all: f32 = self.owners.of(at[0], at[1]).map(area).sum();
-        for (slot, face) in self.owners.of(at[0], at[1]).enumerate() {
+        for (owner, face) in self.owners.of(at[0], at[1]).enumerate() {
             let share = if all > 0.0 { area(face) / all } else { 1.0 };
-            self.add_place(at, (slot, face, share), sums, row);
+            self.add_place(at, (owner, face, share), sums, places, out);
         }
     }
 
     /// Adds what every output reads at the place of one face, which counts as a share of the part.
+    #[inline]
     fn add_place(
         &self,
         at: [usize; 2],
-        (slot, index, share): (usize, usize, f32),
+        (owner, index, share): (usize, usize, f32),
         sums: &mut [Sum],
-        row: &mut Row,
+        places: &mut Places,
+        out: &mut Rows,
     ) {
         let job = self.job;
         let face = &job.faces[index];
         let pair = &job.pairs[face.pair as usize];
         let level = &self.faces[index];
-        let weights = level.placed.weights(at);
+        let spot = level.placed.find(at);
+        let weights = spot.weights;
         let own = weights[0];
         let unit = level.triangle.smooth_normal(own).normalize_or_zero();
         let point = LevelPoint {
@@ -126,9 +188,9 @@ impl Maker<'_> {
             chart: level.chart,
             texel: self.texels[index],
         };
-        let guess = row.last[slot].filter(|last| last.0 == face.pair).map(|last| last.1);
-        let Some(there) = pair.source.find(&point, guess) else { return };
-        row.last[slot] = Some((face.pair, there));
+        let center = DVec2::new(at[0] as f64 + 0.5, at[1] as f64 + 0.5);
+        let wanted = Wanted { pair: face.pair, owner, face: level, spot, center };
+        let Some(there) = places.find(pair, &point, &wanted) else { return };
         let uvs = [face.uv(own), face.uv(weights[1])];
         let step = if job.is_in_place { uvs[1] - uvs[0] } else { Vec2::ZERO };
         let outputs = job.outputs.iter().zip(sums).enumerate();
@@ -144,11 +206,12 @@ impl Maker<'_> {
             });
             match output.role {
                 Role::Normal => {
-                    let shading = pair.source.side.frame(there)
+                    let triangle = places.triangle(face.pair, pair, there);
+                    let shading = triangle.frame(there.barycentrics)
                         * scaled(read.map_or(Vec3::Z, vector), reading.normal_scale);
                     let shading = shading.normalize_or(unit);
-                    row.angle_sum += f64::from(shading.angle_between(unit)).powi(2);
-                    row.angle_count += 1;
+                    out.angles.sum += f64::from(shading.angle_between(unit)).powi(2);
+                    out.angles.count += 1;
                     let mapped = into_frame(level.triangle.frame(own), shading);
                     sum.add_vector(scaled(mapped, reading.level_normal_scale.recip()), share);
                 }

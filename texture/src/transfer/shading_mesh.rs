@@ -27,8 +27,12 @@ pub struct ShadingMesh<'a> {
 impl ShadingMesh<'_> {
     /// A triangle, ready for many places.
     pub(super) fn triangle(&self, triangle: usize) -> ShadingTriangle {
+        self.triangle_in(triangle, self.face_normal(triangle))
+    }
+
+    /// The same, where the normal of its plane is known.
+    pub(super) fn triangle_in(&self, triangle: usize, plane: Vec3) -> ShadingTriangle {
         let positions = self.mesh.triangle_positions(triangle);
-        let plane = self.face_normal(triangle);
         let layout = self.mesh.layout;
         let normal =
             |wedge| Vec3::from_slice(&self.mesh.row(wedge)[layout.normal()..layout.normal() + 3]);
@@ -94,6 +98,7 @@ impl ShadingTriangle {
     }
 }
 
-fn mix(barycentrics: Vec3, [a, b, c]: [Vec3; 3]) -> Vec3 {
+/// The mean of three corners by weights.
+pub(super) fn mix(barycentrics: Vec3, [a, b, c]: [Vec3; 3]) -> Vec3 {
     a * barycentrics.x + b * barycentrics.y + c * barycentrics.z
 }
