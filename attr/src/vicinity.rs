@@ -201,7 +201,7 @@ mod tests {
             let surface = Surface::new(&positions, triangles.iter().copied());
             let mut vicinity = Vicinity::default();
             vicinity.gather(&surface, place, reach, |_| true);
-            let accept = |triangle: TriangleId| triangle.0 % skipped == 0;
+            let accept = |triangle: TriangleId| triangle.0.is_multiple_of(skipped);
             for (query, share) in queries {
                 let p = place.as_dvec3().lerp(query.as_dvec3(), share * 0.3);
                 for max in [f64::INFINITY, share] {

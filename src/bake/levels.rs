@@ -163,7 +163,7 @@ impl Source {
         }
         let sources = clock.time("weld", |s| &mut s.weld, || weld_all(&asset, limit))?;
         let plan = plan_textures(&asset, &sources, options)?;
-        let free = || free_shapes(&asset, &sources, plan.as_ref());
+        let free = || free_shapes(&mut asset, &sources, plan.as_ref(), limit);
         let shapes = clock.time("weld", |s| &mut s.weld, free)?;
         let geometries = shapes.as_deref().unwrap_or(&sources);
         let mut warnings = asset.warnings.clone();

@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 use seamwise_attr::ProgressiveScene;
+use serde_json::Value;
 
 use super::options::{BakeOptions, Textures};
 use crate::atlas::{ImageRepair, encode_repaired, repair_all};
@@ -23,12 +24,13 @@ use crate::level::AssetLevel;
 use crate::level::geomorph::{Kinds, Morphs, takes_target};
 use crate::level::lods::Lods;
 use crate::level::textures::LevelTextures;
+use crate::limit::MemoryLimit;
 use crate::progress::Progress;
 use crate::report::Seconds;
 use crate::report::pictures::Gallery;
 use crate::report::preview::preview_table;
 use crate::surface::geometry::Geometry;
-use crate::surface::group::weld_without_uvs;
+use crate::surface::group::weld_all;
 use crate::transfer::{
     BakeNormals, MaterialTextures, Origin, Plan, Transfer, TransferOptions, transfer_all,
 };
@@ -71,14 +73,31 @@ pub(super) fn plan_textures(
 }
 
 /// The surfaces that levels are simplified from, where those are not the source's: without the UVs that they
-/// gain anew.
+/// gain anew, and without the colors that become a texture.
 pub(super) fn free_shapes(
-    asset: &Asset,
+    asset: &mut Asset,
     surfaces: &[Geometry],
     plan: Option<&Plan>,
+    limit: MemoryLimit,
 ) -> Result<Option<Vec<Geometry>>> {
-    let bare = plan.map(|plan| plan.free_meshes(surfaces)).unwrap_or_default();
-    (!bare.is_empty()).then(|| weld_without_uvs(asset, &bare)).transpose()
+    let Some(plan) = plan.filter(|plan| plan.is_free.contains(&true)) else { return Ok(None) };
+    let mut json = asset.json.clone();
+    for (at, surface) in surfaces.iter().enumerate().filter(|(at, _)| plan.is_free[*at]) {
+        let drops_colors = plan.takes_colors(at);
+        for part in &surface.parts {
+            let attributes = json.pointer_mut(&format!("{}/attributes", part.primitive.at));
+            if let Some(own) = attributes.and_then(Value::as_object_mut) {
+                own.retain(|name, _| {
+                    !name.starts_with("TEXCOORD_") && !(drops_colors && name == "COLOR_0")
+                });
+            }
+        }
+    }
+    let buffers = std::mem::take(&mut asset.buffers);
+    let bare = Asset { json, buffers, ..Asset::default() };
+    let welded = weld_all(&bare, limit);
+    asset.buffers = bare.buffers;
+    welded.map(Some)
 }
 
 /// Warns of surfaces that were to be free of the source's charts and can't be.

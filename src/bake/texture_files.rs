@@ -170,6 +170,9 @@ impl Images<'_> {
             for (index, image) in shown.filter(|(index, _)| !level.left.contains(index)) {
                 visit(image, Use::Source(index), at(index));
             }
+            for colors in &mut level.colors {
+                visit(&mut colors.image, Use::Level(Role::Color), "a gained base color".into());
+            }
             for normals in &mut level.normals {
                 visit(&mut normals.image, Use::Level(Role::Normal), "a gained normal map".into());
             }

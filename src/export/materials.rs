@@ -26,6 +26,7 @@ pub(crate) fn replace_textures(
         }
     }
     let mut materials: Vec<usize> = (0..packer.asset().count("materials")).collect();
+    add_colors(packer, textures, &materials);
     add_normals(packer, textures, &materials)?;
     add_merged(packer, textures, &mut materials);
     Ok(materials)
@@ -61,7 +62,11 @@ pub(crate) fn add_level_materials(
     textures: &LevelTextures,
 ) -> Result<Vec<usize>> {
     let new = add_textures(packer, source, textures);
-    let gains = |material| textures.normals.iter().any(|own| own.materials.contains(&material));
+    let gains = |material| {
+        let normals = textures.normals.iter().map(|own| &own.materials);
+        let mut all = normals.chain(textures.colors.iter().map(|own| &own.materials));
+        all.any(|own| own.contains(&material))
+    };
     let mut materials = Vec::new();
     for material in 0..source.count("materials") {
         let mut json = source.json["materials"][material].clone();
@@ -82,6 +87,7 @@ pub(crate) fn add_level_materials(
         let own = if is_other { put(packer.json(), "materials", None, json) } else { material };
         materials.push(own);
     }
+    add_colors(packer, textures, &materials);
     add_normals(packer, textures, &materials)?;
     add_merged(packer, textures, &mut materials);
     Ok(materials)
@@ -134,6 +140,18 @@ fn redirect(texture: &mut Value, new: &[Option<usize>]) -> bool {
         }
     }
     is_other
+}
+
+/// Adds base colors; `materials` tells where those of the source stand.
+fn add_colors(packer: &mut Packer, textures: &LevelTextures, materials: &[usize]) {
+    for colors in &textures.colors {
+        let texture = json!({"source": packer.add_image(colors.image.clone())});
+        let info = json!({"index": put(packer.json(), "textures", None, texture)});
+        for &material in &colors.materials {
+            let own = &mut packer.json()["materials"][materials[material]];
+            own["pbrMetallicRoughness"]["baseColorTexture"] = info.clone();
+        }
+    }
 }
 
 /// Adds normal maps; `materials` tells where those of the source stand.

@@ -10,6 +10,8 @@ use crate::surface::geometry::Geometry;
 pub struct LevelTextures {
     /// One per image of the source.
     pub images: Vec<EncodedImage>,
+    /// Base colors for materials that have no texture of one, in place of the colors of vertices.
+    pub colors: Vec<ColorMap>,
     /// Normal maps for materials that have none.
     pub normals: Vec<NormalMap>,
     /// One entry per surface and part.
@@ -34,6 +36,7 @@ impl LevelTextures {
     pub fn bytes(&self) -> usize {
         let own = self.images.iter().enumerate().filter(|(index, _)| !self.left.contains(index));
         let new = self.normals.iter().map(|normals| &normals.image);
+        let new = new.chain(self.colors.iter().map(|colors| &colors.image));
         let bytes = own.map(|(_, image)| image).chain(new).map(|image| image.bytes.len());
         bytes.sum::<usize>() + self.merged.iter().map(MergedMaterial::bytes).sum::<usize>()
     }
@@ -74,6 +77,15 @@ pub struct PartTextures {
     pub is_repacked: bool,
     /// Parts of a mesh with the same number become one primitive.
     pub join: Option<usize>,
+}
+
+/// A base color for materials that have no texture of one.
+#[derive(Clone, Debug)]
+pub struct ColorMap {
+    /// The image.
+    pub image: EncodedImage,
+    /// The materials.
+    pub materials: Vec<usize>,
 }
 
 /// A normal map for materials that have none.

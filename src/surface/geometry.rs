@@ -36,7 +36,7 @@ impl Geometry {
     /// # Errors
     /// [`Error::Invalid`] with the place in the document.
     pub fn read(asset: &Asset, meshes: &[usize]) -> Result<Option<Self>> {
-        let member = |&mesh: &usize| Member { mesh, frame: None, slack: 0.0, drops_uvs: false };
+        let member = |&mesh: &usize| Member { mesh, frame: None, slack: 0.0 };
         Self::read_members(asset, &meshes.iter().map(member).collect::<Vec<_>>())
     }
 
@@ -46,10 +46,7 @@ impl Geometry {
         let all = meshes.iter().map(|&mesh| Primitive::of_mesh(asset, mesh));
         let mut primitives = all.collect::<Result<Vec<_>>>()?.concat();
         primitives.retain(Primitive::is_surface);
-        let mut layout = layout(asset, &primitives)?;
-        let drops_uvs = members.iter().any(|member| member.drops_uvs);
-        layout.uv_sets = if drops_uvs { 0 } else { layout.uv_sets };
-        let mut reader = Reader::new(asset, layout, drops_uvs);
+        let mut reader = Reader::new(asset, layout(asset, &primitives)?);
         for primitive in primitives {
             let member = members.iter().find(|member| member.mesh == primitive.mesh);
             reader.add(primitive, member.copied())?;

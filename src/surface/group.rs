@@ -30,25 +30,15 @@ use crate::limit::MemoryLimit;
 /// [`Error::Invalid`](crate::error::Error::Invalid) if one can't be read, or all take more memory than `limit`.
 pub fn weld_all(asset: &Asset, limit: MemoryLimit) -> Result<Vec<Geometry>> {
     check_size(asset, limit)?;
-    weld_without_uvs(asset, &FxHashSet::default())
-}
-
-/// As [`weld_all`], but with some meshes without their UVs, whose charts are then no bounds to collapses.
-///
-/// # Errors
-/// As [`weld_all`], whose limit is not held against them once more.
-pub(crate) fn weld_without_uvs(asset: &Asset, bare: &FxHashSet<usize>) -> Result<Vec<Geometry>> {
-    let read = |mesh: usize| {
-        let own = Member { mesh, frame: None, slack: 0.0, drops_uvs: bare.contains(&mesh) };
-        Geometry::read_members(asset, &[own])
-    };
+    let read =
+        |mesh: usize| Geometry::read_members(asset, &[Member { mesh, frame: None, slack: 0.0 }]);
     let meshes = 0..asset.count("meshes");
     let read: Vec<Option<Geometry>> = meshes.into_par_iter().map(read).collect::<Result<_>>()?;
     let mut alone: Vec<Geometry> = read.into_iter().flatten().collect();
     let worlds = places(asset)?;
     let several = bordering(&alone, &worlds);
     let members: Vec<Vec<Member>> =
-        several.iter().map(|meshes| members(&alone, meshes, &worlds, bare)).collect();
+        several.iter().map(|meshes| members(&alone, meshes, &worlds)).collect();
     let joined: FxHashSet<usize> = members.iter().flatten().map(|member| member.mesh).collect();
     alone.retain(|geometry| !joined.contains(&geometry.meshes[0]));
     let read = members.par_iter().map(|members| Geometry::read_members(asset, members));
@@ -85,12 +75,7 @@ fn bits(world: &DMat4) -> Place {
 
 /// The members of a surface, in the space of the first. One that is like its neighbors but not like the first
 /// is none.
-fn members(
-    alone: &[Geometry],
-    meshes: &[usize],
-    worlds: &FxHashMap<usize, DMat4>,
-    bare: &FxHashSet<usize>,
-) -> Vec<Member> {
+fn members(alone: &[Geometry], meshes: &[usize], worlds: &FxHashMap<usize, DMat4>) -> Vec<Member> {
     let first = worlds[&meshes[0]];
     let member = |&mesh: &usize| {
         let world = worlds[&mesh];
@@ -100,7 +85,7 @@ fn members(
         let there = own.map_or(0.0, |own| extent(&own.welded.mesh, &world));
         let unit = first.determinant().abs().cbrt();
         let slack = if frame.is_some() { BorderEdge::rounding_of(there) / unit } else { 0.0 };
-        Some(Member { mesh, frame, slack, drops_uvs: bare.contains(&mesh) })
+        Some(Member { mesh, frame, slack })
     };
     meshes.iter().filter_map(member).collect()
 }

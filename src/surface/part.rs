@@ -49,8 +49,6 @@ pub(crate) struct Member {
     pub(crate) frame: Option<Similarity>,
     /// How far its positions may be off on the surface by that.
     pub(crate) slack: f64,
-    /// Whether its UVs are left out.
-    pub(crate) drops_uvs: bool,
 }
 
 /// Whether an attribute moves the vertex at run time.

@@ -52,8 +52,6 @@ impl Classes {
 /// Gathers the vertices of all parts.
 pub(super) struct Reader<'a> {
     asset: &'a Asset,
-    /// Whether UVs are left out.
-    drops_uvs: bool,
     pub(super) vertices: Vertices,
     classes: Classes,
     grids: Grids,
@@ -61,10 +59,10 @@ pub(super) struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    pub(super) fn new(asset: &'a Asset, layout: Layout, drops_uvs: bool) -> Self {
+    pub(super) fn new(asset: &'a Asset, layout: Layout) -> Self {
         let vertices = Vertices { layout, ..Vertices::default() };
         let (classes, grids) = (Classes::default(), Grids::default());
-        Self { asset, drops_uvs, vertices, classes, grids, parts: Vec::new() }
+        Self { asset, vertices, classes, grids, parts: Vec::new() }
     }
 
     /// Adds a primitive, moved onto the surface if its mesh is in another space.
@@ -132,12 +130,9 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// The attributes that neither the metric nor the writer makes, and that are not left out.
+    /// The attributes that neither the metric nor the writer makes.
     fn carried(&self, primitive: &Primitive, count: usize) -> Result<Vec<(String, Elements)>> {
-        let is_carried = |name: &str| {
-            let is_dropped = self.drops_uvs && name.starts_with("TEXCOORD_");
-            !is_dropped && !is_made(name, self.vertices.layout)
-        };
+        let is_carried = |name: &str| !is_made(name, self.vertices.layout);
         let all = primitive.attributes.iter();
         let kept: Attributes = all.filter(|(name, _)| is_carried(name)).cloned().collect();
         read_all(self.asset, &kept, &format!("{}/attributes", primitive.at), count)

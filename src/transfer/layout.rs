@@ -111,6 +111,15 @@ pub(crate) struct NewNormals {
     pub(crate) like: Option<TextureLike>,
 }
 
+/// A base color of materials without a texture, from the colors of vertices, which it replaces.
+#[derive(Clone, Debug)]
+pub(crate) struct NewColors {
+    pub(crate) charts: Vec<ChartGroup>,
+    pub(crate) materials: Vec<usize>,
+    /// Three, or four with alpha.
+    pub(crate) channels: usize,
+}
+
 /// A texture of the source whose layout and size another takes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct TextureLike {

@@ -11,6 +11,8 @@
 //! `merged_material` how, `merged_images` makes their images, and `join_primitives` tells which
 //! primitives can be one then.
 
+mod bare;
+mod candidates;
 mod choice;
 mod encode;
 mod image_uses;
@@ -341,6 +343,7 @@ impl TextureMaker<'_> {
                 for (index, image) in made.images {
                     level.images[index] = image;
                 }
+                level.colors.extend(made.colors);
                 level.normals.extend(made.normals);
                 level.merged.extend(made.merged);
             }

@@ -4,16 +4,15 @@
 use std::collections::BTreeMap;
 
 use glam::Affine2;
-use rustc_hash::FxHashSet;
-use seamwise_texture::{Role, Wrap};
+use seamwise_texture::Role;
 
 use super::image_uses::{Used, used_together, uses};
 use super::join_primitives::Joins;
 use super::layout::{
-    ChartGroup, ImageUse, MergeGroup, NewNormals, SharedReason, TextureLike, UvLayout,
+    ChartGroup, ImageUse, MergeGroup, NewColors, NewNormals, SharedReason, TextureLike, UvLayout,
 };
 use super::merge_materials::{Merging, NotMerged};
-use super::options::{Atlas, BakeNormals, TransferOptions};
+use super::options::{Atlas, TransferOptions};
 use crate::document::asset::Asset;
 use crate::document::material::{TextureSlot, material_slots, materials_of};
 use crate::error::Result;
@@ -26,6 +25,7 @@ use crate::surface::part::Part;
 pub(crate) struct Plan {
     pub(crate) layouts: Vec<UvLayout>,
     pub(crate) normals: Vec<NewNormals>,
+    pub(crate) colors: Vec<NewColors>,
     /// One per image; `None` if it is made anew. With a choice, one whose texels are used in several
     /// places may be made anew too.
     pub(crate) shared: Vec<Option<SharedReason>>,
@@ -69,8 +69,8 @@ impl Plan {
             Atlas::New | Atlas::Merged => Self::anew(&uses, surfaces),
         };
         plan.add_normals(asset, surfaces, &slots)?;
-        if unwraps && options.bake_normals != BakeNormals::Off {
-            plan.add_bare(asset, surfaces)?;
+        if unwraps {
+            plan.add_bare(asset, surfaces, &slots, options.bake_normals)?;
         }
         plan.layouts.extend(merging.layouts);
         plan.not_merged = merging.not_merged;
@@ -89,10 +89,9 @@ impl Plan {
         !groups.is_empty() && parts.all(|(at, part)| groups.contains(&at) || !has_uvs(part))
     }
 
-    /// The meshes whose levels are without UVs until they are unwrapped.
-    pub(crate) fn free_meshes(&self, surfaces: &[Geometry]) -> FxHashSet<usize> {
-        let free = surfaces.iter().zip(&self.is_free).filter(|(_, is_free)| **is_free);
-        free.flat_map(|(surface, _)| surface.meshes.iter().copied()).collect()
+    /// Whether the vertices of a surface have their colors in textures of levels.
+    pub(crate) fn takes_colors(&self, surface: usize) -> bool {
+        self.colors.iter().flat_map(|own| &own.charts).any(|charts| charts.surface == surface)
     }
 
     /// A plan with each image in the source's layout. Texels that several places use are made for the
@@ -205,33 +204,6 @@ impl Plan {
                     like: Some(TextureLike { at: slot.at.clone(), image: slot.image }),
                 }),
             }
-        }
-        Ok(())
-    }
-
-    /// Plans a normal map for each lit material of surfaces without UVs, in charts that levels gain.
-    fn add_bare(&mut self, asset: &Asset, surfaces: &[Geometry]) -> Result<()> {
-        let mut bare: BTreeMap<usize, Vec<ChartGroup>> = BTreeMap::new();
-        for (surface, own) in surfaces.iter().enumerate() {
-            let layout = own.welded.mesh.layout;
-            if layout.uv_sets > 0 || !layout.normal {
-                continue;
-            }
-            for (group, part) in (0..).zip(&own.parts) {
-                let [material] = materials_of(asset, &part.primitive)?[..] else { continue };
-                let unlit = format!("/materials/{material}/extensions/KHR_materials_unlit");
-                if asset.json.pointer(&unlit).is_none() {
-                    let transform = Affine2::IDENTITY;
-                    let charts = ChartGroup { surface, group, uv_set: 0, transform };
-                    bare.entry(material).or_default().push(charts);
-                }
-            }
-        }
-        for (material, charts) in bare {
-            let materials = vec![material];
-            self.normals.push(NewNormals { charts: charts.clone(), materials, like: None });
-            let (wrap, images) = ([Wrap::default(); 2], Vec::new());
-            self.layouts.push(UvLayout { charts, wrap, images, is_new: true, merge_group: None });
         }
         Ok(())
     }

@@ -7,13 +7,16 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use seamwise_attr::Mesh;
 use seamwise_texture::transfer::{
-    Gained, ImageErrors, Job, Output, Pair, Picture, Reading, Transferred, errors, transfer,
+    Gained, Job, Output, Pair, Picture, Reading, Transferred, transfer,
 };
-use seamwise_texture::{Role, Validity, keep_coverage, repair, scale_down_often};
+use seamwise_texture::{Role, Validity, keep_coverage, repair};
 
-use super::choice::{Candidate, Measured, PLACES, TextureChoice};
+use super::candidates::smaller;
+use super::choice::{Measured, TextureChoice};
 use super::encode::{store, store_to_read};
-use super::layout::{ChartGroup, ImageUse, MergeGroup, NewNormals, SourceReading, UvLayout, faces};
+use super::layout::{
+    ChartGroup, ImageUse, MergeGroup, NewColors, NewNormals, SourceReading, UvLayout, faces,
+};
 use super::merged_images;
 use super::options::{BakeNormals, TransferOptions};
 use super::original::{Coverage, Origin, Original};
@@ -22,18 +25,13 @@ use super::sizes::TexelDensity;
 use crate::error::{Error, Result};
 use crate::image_file::codec::{decode, dimensions};
 use crate::image_file::encoded::EncodedImage;
-use crate::image_file::ktx2::encode::{bytes_with_mips, stored_size};
-use crate::level::textures::{MergedMaterial, NormalMap};
+use crate::level::textures::{ColorMap, MergedMaterial, NormalMap};
 use crate::surface::geometry::Geometry;
 
 /// Levels gain a normal map for a loss of shading from this RMS angle on, in degrees.
 const LOST_SHAPE_DEGREES: f64 = 1.0;
-/// The most halvings of an image that is chosen among.
-const HALVINGS: u32 = 3;
 /// The side of what a source without images could have had: cut to what is seen like any other.
 const BARE_SIDE: usize = 4096;
-/// A smaller side is not made for a choice.
-const LEAST_SIDE: usize = 64;
 
 /// The surfaces of a level, with its textures' UVs.
 pub(super) struct LevelSurfaces<'a> {
@@ -50,9 +48,11 @@ pub(super) struct Sheet<'a> {
     pub(super) size: [usize; 2],
     /// One per entry of the charts of a merged material: texels of the images it is made of, if any.
     pub(super) texels: Vec<Option<f64>>,
-    images: Vec<&'a ImageUse>,
+    pub(super) images: Vec<&'a ImageUse>,
+    /// Base colors of what has no images.
+    colors: Vec<&'a NewColors>,
     /// Normal maps that take this size.
-    normals: Vec<&'a NewNormals>,
+    pub(super) normals: Vec<&'a NewNormals>,
 }
 
 /// The images of a sheet for one level.
@@ -61,6 +61,7 @@ pub(super) struct Made {
     pub(super) size: [usize; 2],
     /// The images, each with the index of the one that it replaces.
     pub(super) images: Vec<(usize, EncodedImage)>,
+    pub(super) colors: Vec<ColorMap>,
     pub(super) normals: Vec<NormalMap>,
     pub(super) merged: Option<MergedMaterial>,
     /// All that they may be, where they are chosen; then nothing is above before the choice is made.
@@ -73,13 +74,14 @@ impl Made {
     /// Number of images.
     pub(super) fn count(&self) -> usize {
         let merged = self.merged.as_ref().map_or(0, |own| own.images.len());
-        self.images.len() + self.normals.len() + merged
+        self.images.len() + self.colors.len() + self.normals.len() + merged
     }
 
     /// Bytes of all files.
     pub(super) fn bytes(&self) -> usize {
         let old = self.images.iter().map(|(_, image)| image.bytes.len());
         let new = self.normals.iter().map(|own| own.image.bytes.len());
+        let new = new.chain(self.colors.iter().map(|own| own.image.bytes.len()));
         old.chain(new).sum::<usize>() + self.merged.as_ref().map_or(0, MergedMaterial::bytes)
     }
 }
@@ -101,8 +103,7 @@ pub(super) fn sheets<'a>(
             let known = sheets[first..].iter().position(|sheet| sheet.size == size);
             let at = known.map_or(sheets.len(), |at| first + at);
             if at == sheets.len() {
-                let (images, normals, texels) = (Vec::new(), Vec::new(), Vec::new());
-                sheets.push(Sheet { layout, size, texels, images, normals });
+                sheets.push(Sheet::empty(layout, size));
             }
             sheets[at].images.push(own);
             if options.bake_normals != BakeNormals::Off {
@@ -112,11 +113,12 @@ pub(super) fn sheets<'a>(
                 sheets[at].normals.extend(plan.normals.iter().filter(is_like));
             }
         }
-        let is_bare = |own: &&NewNormals| own.like.is_none() && own.charts == layout.charts;
-        if let Some(normals) = plan.normals.iter().find(is_bare) {
-            let (images, texels) = (Vec::new(), Vec::new());
-            let size = [BARE_SIDE; 2];
-            sheets.push(Sheet { layout, size, texels, images, normals: vec![normals] });
+        if layout.images.is_empty() && layout.merge_group.is_none() {
+            let mut bare = Sheet::empty(layout, [BARE_SIDE; 2]);
+            bare.colors.extend(plan.colors.iter().filter(|own| own.charts == layout.charts));
+            let is_own = |own: &&NewNormals| own.like.is_none() && own.charts == layout.charts;
+            bare.normals.extend(plan.normals.iter().filter(is_own));
+            sheets.push(bare);
         }
     }
     Ok(sheets)
@@ -144,7 +146,14 @@ fn merged_sheet<'a>(
     let of = |material: &usize| most.get(material).copied();
     let side = merged_images::side(merge_group.materials.iter().map(of));
     let texels = merge_group.chart_materials.iter().map(of).collect();
-    Ok(Sheet { layout, size: [side; 2], texels, images: Vec::new(), normals: Vec::new() })
+    Ok(Sheet { texels, ..Sheet::empty(layout, [side; 2]) })
+}
+
+impl<'a> Sheet<'a> {
+    fn empty(layout: &'a UvLayout, size: [usize; 2]) -> Self {
+        let (texels, images, colors, normals) = (vec![], vec![], vec![], vec![]);
+        Self { layout, size, texels, images, colors, normals }
+    }
 }
 
 impl Sheet<'_> {
@@ -228,7 +237,8 @@ impl Sheet<'_> {
         let faces = faces(&self.layout.charts, &level.meshes);
         let (pairs, faces, outputs) = (&level.pairs[..], &faces[..], &outputs[..]);
         let is_optional = options.bake_normals == BakeNormals::Auto && merge_group.is_none();
-        let gained = Gained { first: self.images.len(), least_degrees: LOST_SHAPE_DEGREES };
+        let first = self.images.len() + self.colors.len();
+        let gained = Gained { first, least_degrees: LOST_SHAPE_DEGREES };
         let gained = Some(gained).filter(|own| is_optional && own.first < outputs.len());
         let job = Job { pairs, faces, size, wrap, is_in_place, outputs, gained };
         let Transferred { images, normal_degrees_rms } =
@@ -245,12 +255,13 @@ impl Sheet<'_> {
         };
         let is_lost =
             options.bake_normals == BakeNormals::On || normal_degrees_rms >= LOST_SHAPE_DEGREES;
-        let is_wanted = |at: usize| at < self.images.len() || is_lost;
+        let is_wanted = |at: usize| at < first || is_lost;
         let format = (options.format, options.quality);
         let before = |at: usize| self.images.get(at).map(|own| &origin.asset.images[own.image]);
         let none = Made {
             size,
             images: vec![],
+            colors: vec![],
             normals: vec![],
             merged: None,
             measured: vec![],
@@ -294,72 +305,21 @@ impl Sheet<'_> {
     }
 
     /// Takes an image as that of an output.
-    fn put(&self, made: &mut Made, output: usize, image: Option<EncodedImage>) {
+    pub(super) fn put(&self, made: &mut Made, output: usize, image: Option<EncodedImage>) {
         let Some(image) = image else { return };
-        match self.images.get(output) {
-            Some(own) => made.images.push((own.image, image)),
-            None => {
-                let normals = self.normals[output - self.images.len()];
-                let like = normals.like.as_ref().map(|like| like.at.clone());
-                made.normals.push(NormalMap { image, materials: normals.materials.clone(), like });
-            }
+        let [old, colors] = [self.images.len(), self.colors.len()];
+        if let Some(own) = self.images.get(output) {
+            made.images.push((own.image, image));
+        } else if let Some(own) = self.colors.get(output - old) {
+            made.colors.push(ColorMap { image, materials: own.materials.clone() });
+        } else {
+            let normals = self.normals[output - old - colors];
+            let like = normals.like.as_ref().map(|like| like.at.clone());
+            made.normals.push(NormalMap { image, materials: normals.materials.clone(), like });
         }
     }
 
-    /// Takes what was chosen for a level, one per output.
-    pub(super) fn take(&self, made: &mut Made, level: usize, picks: &[Option<usize>]) {
-        for (at, (mut own, pick)) in
-            std::mem::take(&mut made.measured).into_iter().zip(picks).enumerate()
-        {
-            made.choices.push((own.image, own.choice(level, *pick)));
-            self.put(made, at, pick.map(|pick| own.own.swap_remove(pick).1));
-        }
-    }
-
-    /// Holds the images of each output, as they are stored, against the source.
-    fn measure(
-        &self,
-        job: &Job<'_>,
-        stored: Vec<Vec<(EncodedImage, Picture)>>,
-        origin: &Origin<'_>,
-        in_blocks: bool,
-    ) -> Result<Vec<Measured>> {
-        let bytes = |image: &EncodedImage, size: [usize; 2]| match in_blocks {
-            true => bytes_with_mips(size),
-            false => image.bytes.len(),
-        };
-        let (stored, pictures): (Vec<Vec<EncodedImage>>, Vec<Vec<Picture>>) =
-            stored.into_iter().map(|own| own.into_iter().unzip()).unzip();
-        let size = |picture: &Picture| [0, 1].map(|axis| picture.size()[axis] as usize);
-        let sizes: Vec<Vec<_>> =
-            pictures.iter().map(|own| own.iter().map(size).collect()).collect();
-        let errors = errors(job, &pictures, PLACES);
-        let old = self.images.iter().map(|own| (own.image, false));
-        // A choice is among images in the source's layout alone, each of which is like another.
-        let gained = self.normals.iter().filter_map(|own| Some((own.like.as_ref()?.image, true)));
-        let uses = old.chain(gained);
-        let of = |(at, ((image, gained), files)): (usize, ((usize, bool), Vec<EncodedImage>))| {
-            let ImageErrors { shared, own, share } = &errors[at];
-            let own = files.into_iter().zip(own).zip(&sizes[at]).map(|((file, &error), &size)| {
-                (Candidate { size, bytes: bytes(&file, size), error }, file)
-            });
-            let (role, own) = (job.outputs[at].role, own.collect());
-            let in_file = origin.has_level_files_alone && !gained;
-            let shared_bytes = if in_file { bytes(&origin.images[image], self.size) } else { 0 };
-            Measured {
-                shared_bytes,
-                image,
-                role,
-                gained,
-                shared_error: *shared,
-                share: *share,
-                own,
-            }
-        };
-        Ok(uses.zip(stored).enumerate().map(of).collect())
-    }
-
-    /// The source's images, then the new normal maps.
+    /// The source's images, then the new base colors and normal maps.
     fn outputs<'a>(&self, originals: &'a [Original]) -> Vec<Output<'a>> {
         let charts = &self.layout.charts;
         let old = self.images.iter().zip(originals).map(|(own, original)| {
@@ -372,33 +332,17 @@ impl Sheet<'_> {
             let readings = own.readings.iter().map(reading).collect();
             Output { role: own.role, color: original.color, readings }
         });
+        let colors = self.colors.iter().map(|own| {
+            let color = if own.channels == 4 { ColorType::Rgba8 } else { ColorType::Rgb8 };
+            let reading = Some(Reading { vertex_colors: true, ..Reading::default() });
+            Output { role: Role::Color, color, readings: vec![reading; charts.len()] }
+        });
         let new = self.normals.iter().map(|normals| {
             let reading =
                 |charts: &ChartGroup| normals.charts.contains(charts).then(Reading::default);
             let readings = charts.iter().map(reading).collect();
             Output { role: Role::Normal, color: ColorType::Rgb8, readings }
         });
-        old.chain(new).collect()
+        old.chain(colors).chain(new).collect()
     }
-}
-
-/// An image in its own size and in smaller ones, of whole blocks if they are to be compressed; none at all if it is
-/// not wanted.
-fn smaller(
-    (image, validity): &(DynamicImage, Validity),
-    role: Role,
-    (is_wanted, in_blocks): (bool, bool),
-) -> Result<Vec<(DynamicImage, Validity)>> {
-    if !is_wanted {
-        return Ok(Vec::new());
-    }
-    let sides = [image.width() as usize, image.height() as usize];
-    let is_made = |halvings: &u32| {
-        let size = sides.map(|side| side >> halvings);
-        size[0].min(size[1]) >= LEAST_SIDE && !(in_blocks && stored_size(size) != size)
-    };
-    let times = (1..=HALVINGS).take_while(is_made).count() as u32;
-    let mut all = vec![(image.clone(), validity.clone())];
-    all.extend(scale_down_often(image, role, validity, times).map_err(Error::internal)?);
-    Ok(all)
 }

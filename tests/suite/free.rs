@@ -3,13 +3,13 @@
 
 use crate::common::assets::{cube, picture, rigged, textured};
 use crate::common::build::Build;
-use crate::common::output::Part;
+use crate::common::output::{Output, Part};
 use crate::common::shapes::{sphere, torus};
 use crate::common::{Baked, measured, unmeasured};
 use glam::Vec3;
 use seamwise::bake::Input;
 use seamwise::bake::options::{BakeOptions, Targets, Textures};
-use seamwise::export::files::OutputOptions;
+use seamwise::export::files::{Layout, OutputOptions};
 use seamwise::transfer::{Atlas, BakeNormals, Sizes, TransferOptions};
 use serde_json::json;
 
@@ -147,6 +147,49 @@ fn levels_of_a_source_without_uvs_gain_some_and_a_map_of_the_shape_that_is_lost(
     assert!(plain.level(1).gltf.materials().next().is_none());
     let off = |baked: &Baked| baked.report.levels[0].metrics.expect("figures").rms_luminance;
     assert!(off(&free) < 0.4 * off(&plain), "{} of {}", off(&free), off(&plain));
+}
+
+#[test]
+fn colors_of_vertices_become_a_texture_of_levels_that_are_free() {
+    let shape = sphere(128, 64);
+    let stripes = |p: &[f32; 3]| {
+        let wave = |x: f32| 0.5 + 0.5 * (20.0 * x).sin();
+        [wave(p[0]), 0.3, wave(p[1] + p[2])]
+    };
+    let colors: Vec<[f32; 3]> = shape.positions.iter().map(stripes).collect();
+    let mut build = Build::of(&shape);
+    let colors = build.floats(&colors);
+    let material = json!({"pbrMetallicRoughness": {"metallicFactor": 0.0}});
+    let material = build.add("materials", material);
+    let primitive = &mut build.json["meshes"][0]["primitives"][0];
+    primitive["material"] = json!(material);
+    let attributes = primitive["attributes"].as_object_mut().expect("attributes");
+    attributes.remove("TEXCOORD_0");
+    attributes.insert("COLOR_0".into(), json!(colors));
+    let glb = build.glb();
+    let own = |textures| {
+        let targets = Targets::ratios(vec![0.05]).expect("a ratio");
+        let output = OutputOptions { layout: Layout::MsftLod, ..OutputOptions::default() };
+        let options = BakeOptions { targets, textures, output, ..measured() };
+        Baked::bytes("ball", &glb, &options)
+    };
+    let free = TransferOptions { atlas: Atlas::New, unwraps: true, ..Default::default() };
+    let [plain, free] = [Textures::Repair, Textures::Transfer(free)].map(own);
+    let has_colors = |output: &Output, mesh: usize| {
+        let mesh = output.gltf.meshes().nth(mesh).expect("a mesh");
+        let primitive = mesh.primitives().next().expect("a primitive");
+        let is_read = primitive.get(&gltf::Semantic::Colors(0)).is_some();
+        let pbr = primitive.material().pbr_metallic_roughness();
+        (is_read, pbr.base_color_texture().is_some())
+    };
+    assert_eq!(has_colors(&plain.level(1), 0), (true, false));
+    assert_eq!(has_colors(&free.level(1), 0), (false, true));
+    let chain = free.chain();
+    assert_eq!([0, 1].map(|mesh| has_colors(&chain, mesh)), [(true, false), (false, true)]);
+    let off = |baked: &Baked| baked.report.levels[0].metrics.expect("figures");
+    let [free, plain] = [off(&free), off(&plain)];
+    assert!(free.color_rms < 0.3 * plain.color_rms, "{} of {}", free.color_rms, plain.color_rms);
+    assert!(free.distance_rms <= 1.05 * plain.distance_rms);
 }
 
 #[test]

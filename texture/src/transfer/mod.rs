@@ -93,6 +93,8 @@ pub struct Face {
 pub struct Reading<'a> {
     /// The image; none reads as white, or as a flat normal.
     pub picture: Option<&'a Picture>,
+    /// Whether the colors of the source's vertices are read instead, in linear light.
+    pub vertex_colors: bool,
     /// The UV set of the mesh.
     pub uv_set: usize,
     /// The transform from the mesh's UV to the image's.
@@ -114,6 +116,7 @@ impl Default for Reading<'_> {
     fn default() -> Self {
         Self {
             picture: None,
+            vertex_colors: false,
             uv_set: 0,
             transform: Affine2::IDENTITY,
             wrap: [Wrap::default(); 2],

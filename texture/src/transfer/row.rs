@@ -197,6 +197,7 @@ impl Maker<'_> {
         for (at, (output, sum)) in outputs {
             let Some(reading) = &output.readings[face.reading as usize] else { continue };
             let lod = self.lods[index * job.outputs.len() + at];
+            let colors = || reading.vertex_colors.then(|| pair.source.side.color(there));
             let read = reading.picture.map(|picture| {
                 let at = pair.source.side.uv(there, reading.uv_set);
                 let at = reading.transform.transform_point2(at);
@@ -204,6 +205,7 @@ impl Maker<'_> {
                 let is_own = at.distance_squared(uvs[0]) < SLID * SLID;
                 picture.read(if is_own { at + step } else { at }, reading.wrap, lod)
             });
+            let read = read.or_else(colors);
             match output.role {
                 Role::Normal => {
                     let triangle = places.triangle(face.pair, pair, there);

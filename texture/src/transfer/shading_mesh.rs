@@ -50,6 +50,20 @@ impl ShadingMesh<'_> {
         a * at.barycentrics.x + b * at.barycentrics.y + c * at.barycentrics.z
     }
 
+    /// The color of the vertices, with alpha; white if they have none.
+    pub(super) fn color(&self, at: SurfacePoint) -> Vec4 {
+        let layout = self.mesh.layout;
+        let corners = self.mesh.triangles[at.triangle].map(|wedge| {
+            match self.mesh.row(wedge)[layout.color()..][..layout.color] {
+                [r, g, b, a] => Vec4::new(r, g, b, a),
+                [r, g, b] => Vec4::new(r, g, b, 1.0),
+                _ => Vec4::ONE,
+            }
+        });
+        let [a, b, c] = corners;
+        a * at.barycentrics.x + b * at.barycentrics.y + c * at.barycentrics.z
+    }
+
     /// The normal of the triangle's plane, zero if it has no area.
     pub(super) fn face_normal(&self, triangle: usize) -> Vec3 {
         let [a, b, c] = self.mesh.triangle_positions(triangle);
