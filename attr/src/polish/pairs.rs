@@ -30,7 +30,7 @@ const LOST_SPACINGS: f32 = 4.0;
 const LOST_HEIGHT: f64 = 0.25;
 /// Where fewer pairs are lost than one for so many triangles, they are not looked for: the tree that it
 /// takes costs more than they tell.
-const TRIANGLES_PER_LOST: usize = 1000;
+const TRIANGLES_PER_LOST: usize = 200;
 /// The triangle of a point that no walk has found.
 const NOWHERE: TriangleId = TriangleId(NONE);
 
