@@ -185,10 +185,7 @@ impl<'a> Finish<'a> {
 /// See [`simplify_chain`].
 pub(crate) fn check(mesh: &Mesh, targets: &[usize], options: &Options<'_>) -> Result<()> {
     mesh.validate()?;
-    if mesh.layout.len() > MAX_ATTRIBUTES {
-        let what = format!("{} attributes a wedge, {MAX_ATTRIBUTES} at most", mesh.layout.len());
-        return Err(Error::Invalid { what });
-    }
+    check_layout(mesh.layout)?;
     if mesh.triangles.len() > MAX_TRIANGLES {
         let what = format!("{} triangles, {MAX_TRIANGLES} at most", mesh.triangles.len());
         return Err(Error::Invalid { what });
@@ -199,11 +196,20 @@ pub(crate) fn check(mesh: &Mesh, targets: &[usize], options: &Options<'_>) -> Re
     options.check(mesh)
 }
 
+fn check_layout(layout: Layout) -> Result<()> {
+    if layout.len() > MAX_ATTRIBUTES {
+        let what = format!("{} attributes a wedge, {MAX_ATTRIBUTES} at most", layout.len());
+        return Err(Error::Invalid { what });
+    }
+    Ok(())
+}
+
 /// Fits each level to `mesh`, which it was made from with `options`: see [`Polish`]. One that has lost
 /// no triangle stays as it is, and so do locked points. `done` counts levels as they go, for a progress bar.
 ///
 /// # Errors
-/// [`Error::Options`] if an option makes no sense.
+/// [`Error::Invalid`] if the mesh carries too many attributes; [`Error::Options`] if an option makes no
+/// sense.
 pub fn polish_chain(
     mesh: &Mesh,
     levels: &mut [Level],
@@ -211,6 +217,7 @@ pub fn polish_chain(
     polish: &Polish,
     done: &AtomicUsize,
 ) -> Result<()> {
+    check_layout(mesh.layout)?;
     options.check(mesh)?;
     polish.check()?;
     let range = color_range(mesh);
