@@ -88,7 +88,7 @@ pub(super) fn free_shapes(
             let attributes = json.pointer_mut(&format!("{}/attributes", part.primitive.at));
             if let Some(own) = attributes.and_then(Value::as_object_mut) {
                 own.retain(|name, _| {
-                    !name.starts_with("TEXCOORD_") && !(drops_colors && name == "COLOR_0")
+                    !(name.starts_with("TEXCOORD_") || drops_colors && name == "COLOR_0")
                 });
             }
         }
