@@ -12,7 +12,8 @@ use crate::document::edit::Packer;
 use crate::document::primitive::Primitive;
 use crate::error::Result;
 use crate::export::glb::to_glb;
-use crate::export::progressive::timeline::{PartTimeline, Timeline};
+use crate::export::progressive::part_timeline::PartTimeline;
+use crate::export::progressive::timeline::Timeline;
 
 /// The parts of a document that say what is seen.
 const LISTS: [&str; 7] =
