@@ -95,6 +95,8 @@ class Stage {
 
   background() {
     const match = getComputedStyle(this.elements.stage).backgroundColor.match(/[\d.]+/g) ?? [128, 128, 128];
+    // On paper it has none.
+    if (Number(match[3]) === 0) return [1, 1, 1];
     return match.slice(0, 3).map((part) => Number(part) / 255);
   }
 
