@@ -44,11 +44,10 @@ use positions::Descended;
 use sheet::Sheet;
 
 /// Triangles of a level that get all their samples, and how few of theirs those beyond get. Many
-/// triangles are small ones, and need less to be fitted: with a fifth, levels of a displaced sphere of
-/// 499,000, 250,000, 125,000 and 62,000 are at 1.02, 1.03, 1.01 and 1.01 of the RMS distance of a full
-/// density. A seventh, with two rounds at half the damping, is at 0.997 of that fifth with three.
+/// triangles are small ones, and need less to be fitted: levels of a displaced sphere of 499,000,
+/// 250,000, 125,000 and 62,000 are at 1.02, 1.03, 1.01 and 1.01 of the RMS distance of a full density.
 const MAX_TRIANGLES_SAMPLED_IN_FULL: usize = 30_000;
-const THINNED_SAMPLES: f64 = 7.0;
+const THINNED_SAMPLES: f64 = 5.0;
 
 /// Options of the fit of a level to its source.
 ///
@@ -69,10 +68,6 @@ const THINNED_SAMPLES: f64 = 7.0;
 /// | attribute damping 0.0001 | 0.927 | 0.767 | 1.00 |
 /// | attributes left alone | 1.091 | | 2.35 |
 ///
-/// Two rounds at half that damping (the default) stand where three at 0.02 do: RMS distance over both ways,
-/// mean over four levels, is 0.990 of theirs on a displaced sphere, 0.996 on a terrain, 0.999 on a scanned
-/// box, 1.005 on a racquet and 0.998 on a pan; attribute errors are 1.00 to 1.014.
-///
 /// Nearest points are most of its time. After the first round they are followed from where they were,
 /// which takes a fifth of finding them anew and gives 1.001, 1.005 and 1.004 of the row in bold;
 /// attributes fitted with the pairs of before the last move give 1.13 times its color. The rows of
@@ -82,7 +77,7 @@ const THINNED_SAMPLES: f64 = 7.0;
 pub struct Polish {
     /// Number of rounds, each of which pairs samples anew and solves for positions.
     pub rounds: usize,
-    /// Samples on either surface for each triangle of the level, a seventh of that for those beyond
+    /// Samples on either surface for each triangle of the level, a fifth of that for those beyond
     /// 30,000.
     pub density: f64,
     /// The weight that holds a point where it was, in shares of the samples that a point has on
@@ -111,7 +106,7 @@ pub(crate) struct Guards<'a> {
 
 impl Default for Polish {
     fn default() -> Self {
-        Self { rounds: 2, density: 10.0, damping: 0.01, attribute_damping: 0.005 }
+        Self { rounds: 3, density: 10.0, damping: 0.02, attribute_damping: 0.005 }
     }
 }
 

@@ -31,6 +31,10 @@ const LOST_HEIGHT: f64 = 0.25;
 /// Where fewer pairs are lost than one for so many triangles, they are not looked for: the tree that it
 /// takes costs more than they tell.
 const TRIANGLES_PER_LOST: usize = 200;
+/// Surfaces of so few triangles are searched for all pairs: a tree costs nothing there, and each triangle
+/// counts. Of a fox of 576 triangles, levels of 288, 144 and 64 are at 1.001, 1.007 and 1.037 of the RMS
+/// distance of those with a search if walks alone are believed.
+const FEW_TRIANGLES: usize = 4_000;
 /// The triangle of a point that no walk has found.
 const NOWHERE: TriangleId = TriangleId(NONE);
 
@@ -127,9 +131,13 @@ impl Pairs {
         let far = LOST_SPACINGS * mean(&apart);
         let (there, back) = self.all.split_at_mut(self.there);
         let (apart_there, apart_back) = apart.split_at_mut(there.len());
-        let lost = |pair: &Pair, apart: f32| apart > far && is_wide(level, pair, apart);
+        let lost_on = |sheet: &Sheet<'_>| {
+            let are_few = sheet.fans.triangles.len() <= FEW_TRIANGLES;
+            move |pair: &Pair, apart: f32| are_few || apart > far && is_wide(level, pair, apart)
+        };
         // Rounded, a distance may be a little less than it is.
         let reach = |apart: f32| f64::from(apart) * (1.0 + 1e-6);
+        let lost = lost_on(level);
         if are_many(there, apart_there, level, lost) {
             let surface = level.surface();
             let all = there.par_iter_mut().zip(apart_there).with_min_len(AT_ONCE);
@@ -139,6 +147,7 @@ impl Pairs {
                 *apart = distance(pair);
             });
         }
+        let lost = lost_on(&source.sheet);
         if are_many(back, apart_back, &source.sheet, lost) {
             let surface = source.surface();
             let all = back.par_iter_mut().zip(apart_back).with_min_len(AT_ONCE);
