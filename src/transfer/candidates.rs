@@ -1,20 +1,13 @@
 //! The sizes of images that a choice is among, each held against the source.
 
-use image::DynamicImage;
 use seamwise_texture::transfer::{ImageErrors, Job, Picture, errors};
-use seamwise_texture::{Role, Validity, scale_down_often};
 
 use super::choice::{Candidate, Measured, PLACES};
 use super::original::Origin;
 use super::sheet::{Made, Sheet};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::image_file::encoded::EncodedImage;
-use crate::image_file::ktx2::encode::{bytes_with_mips, stored_size};
-
-/// The most halvings of an image that is chosen among.
-const HALVINGS: u32 = 3;
-/// A smaller side is not made for a choice.
-const LEAST_SIDE: usize = 64;
+use crate::image_file::ktx2::encode::bytes_with_mips;
 
 impl Sheet<'_> {
     /// Takes what was chosen for a level, one per output.
@@ -69,25 +62,4 @@ impl Sheet<'_> {
         };
         Ok(uses.zip(stored).enumerate().map(of).collect())
     }
-}
-
-/// An image in its own size and in smaller ones, of whole blocks if they are to be compressed; none at all if it is
-/// not wanted.
-pub(super) fn smaller(
-    (image, validity): &(DynamicImage, Validity),
-    role: Role,
-    (is_wanted, in_blocks): (bool, bool),
-) -> Result<Vec<(DynamicImage, Validity)>> {
-    if !is_wanted {
-        return Ok(Vec::new());
-    }
-    let sides = [image.width() as usize, image.height() as usize];
-    let is_made = |halvings: &u32| {
-        let size = sides.map(|side| side >> halvings);
-        size[0].min(size[1]) >= LEAST_SIDE && !(in_blocks && stored_size(size) != size)
-    };
-    let times = (1..=HALVINGS).take_while(is_made).count() as u32;
-    let mut all = vec![(image.clone(), validity.clone())];
-    all.extend(scale_down_often(image, role, validity, times).map_err(Error::internal)?);
-    Ok(all)
 }

@@ -17,12 +17,19 @@
 //! palette at 25 and 6.25 %: 1.00 1.04 and 1.02 1.37 with the source's bytes and one size for all images of
 //! a material, as colors were cut with the normals; **1.00 1.03 and 1.00 1.00** as it is.
 
+use image::DynamicImage;
 use serde::Serialize;
 
-use seamwise_texture::Role;
+use seamwise_texture::{Role, Validity, scale_down_often};
 
+use crate::error::{Error, Result};
 use crate::image_file::encoded::EncodedImage;
+use crate::image_file::ktx2::encode::stored_size;
 
+/// The most halvings of an image that is chosen among.
+const HALVINGS: u32 = 3;
+/// A smaller side is not made for a choice.
+const LEAST_SIDE: usize = 64;
 /// The error of an own image over that of the shared one, or of a smaller one of its own, from which on
 /// it is worth its bytes.
 const WORTH: f64 = 0.98;
@@ -160,4 +167,25 @@ impl Measured {
             candidates,
         }
     }
+}
+
+/// An image in its own size and in smaller ones, of whole blocks if they are to be compressed; none at all if it is
+/// not wanted.
+pub(super) fn smaller(
+    (image, validity): &(DynamicImage, Validity),
+    role: Role,
+    (is_wanted, in_blocks): (bool, bool),
+) -> Result<Vec<(DynamicImage, Validity)>> {
+    if !is_wanted {
+        return Ok(Vec::new());
+    }
+    let sides = [image.width() as usize, image.height() as usize];
+    let is_made = |halvings: &u32| {
+        let size = sides.map(|side| side >> halvings);
+        size[0].min(size[1]) >= LEAST_SIDE && !(in_blocks && stored_size(size) != size)
+    };
+    let times = (1..=HALVINGS).take_while(is_made).count() as u32;
+    let mut all = vec![(image.clone(), validity.clone())];
+    all.extend(scale_down_often(image, role, validity, times).map_err(Error::internal)?);
+    Ok(all)
 }

@@ -11,8 +11,7 @@ use seamwise_texture::transfer::{
 };
 use seamwise_texture::{Role, Validity, keep_coverage, repair};
 
-use super::candidates::smaller;
-use super::choice::{Measured, TextureChoice};
+use super::choice::{Measured, TextureChoice, smaller};
 use super::encode::{store, store_to_read};
 use super::layout::{
     ChartGroup, ImageUse, MergeGroup, NewColors, NewNormals, SourceReading, UvLayout, faces,

@@ -1,5 +1,6 @@
 //! The page of a bake and of an evaluation: that it holds all it shows, and that a browser shows it.
 
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -79,6 +80,14 @@ fn embedded(page: &str, id: &str) -> Vec<u8> {
     STANDARD.decode(rest.split('<').next().expect("its text")).expect("base64")
 }
 
+/// A model of the view.
+fn model_of(page: &str, index: usize) -> Vec<u8> {
+    let packed = embedded(page, &format!("model-{index}"));
+    let mut glb = Vec::new();
+    flate2::read::GzDecoder::new(&packed[..]).read_to_end(&mut glb).expect("gzip");
+    glb
+}
+
 /// What the page tells its interactive view.
 fn view_config(page: &str) -> serde_json::Value {
     let opening = "<script type=\"application/json\" id=\"viewer-config\">";
@@ -95,7 +104,7 @@ fn the_view_holds_the_source_and_the_levels_with_their_sizes_and_each_image_once
     let triangles = std::iter::once(baked.report.input.triangles)
         .chain(baked.report.levels.iter().map(|level| level.triangles));
     for ((index, model), triangles) in models.iter().enumerate().zip(triangles) {
-        let glb = embedded(&page, &format!("model-{index}"));
+        let glb = model_of(&page, index);
         let gltf = gltf::Gltf::from_slice_without_validation(&glb).expect("a .glb");
         let primitives = gltf.meshes().flat_map(|mesh| mesh.primitives().collect::<Vec<_>>());
         let corners: usize = primitives.map(|own| own.indices().expect("indices").count()).sum();
@@ -119,7 +128,7 @@ fn the_view_holds_the_source_and_the_levels_with_their_sizes_and_each_image_once
 fn the_view_colors_the_source_by_its_distance_to_each_level() {
     let (_, page) = bake_cube("cube");
     let config = view_config(&page);
-    let glb = embedded(&page, "model-0");
+    let glb = model_of(&page, 0);
     let gltf = gltf::Gltf::from_slice_without_validation(&glb).expect("a .glb");
     let primitive = gltf.meshes().next().and_then(|mesh| mesh.primitives().next()).expect("one");
     let names: Vec<String> = primitive

@@ -74,7 +74,9 @@ impl Crate {
 
 /// The words and signs of code, without comments and the tests at its foot.
 fn tokens(text: &str) -> Vec<String> {
-    let code = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
+    let code = ["", "pub(super) "].iter().fold(text, |text, visible| {
+        text.split(&format!("#[cfg(test)]\n{visible}mod tests {{")).next().unwrap_or_default()
+    });
     let code: Vec<&str> =
         code.lines().map(|line| line.split("//").next().unwrap_or_default()).collect();
     let code = code.join("\n");

@@ -27,6 +27,7 @@
 
 mod correspond;
 mod errors;
+mod level_face;
 mod owners;
 mod picture;
 mod places;
@@ -45,9 +46,10 @@ use crate::role::Role;
 use crate::samples::with_buffer;
 use crate::validity::Validity;
 use crate::wrap::Wrap;
+use level_face::LevelFace;
 use owners::Owners;
 use places::BLOCK;
-use row::{Angles, LevelFace, Maker, Rows, write};
+use row::{Angles, Maker, Rows, write};
 
 use correspond::LevelPoint;
 pub use correspond::Source;

@@ -10,8 +10,8 @@ use seamwise_attr::Vicinity;
 
 use super::Pair;
 use super::correspond::LevelPoint;
+use super::level_face::LevelFace;
 use super::owners::{MOST_OWNERS, Spot};
-use super::row::LevelFace;
 use super::shading_mesh::{ShadingTriangle, SurfacePoint};
 
 /// Texels along each side of a block.

@@ -5,10 +5,10 @@ use image::{ImageBuffer, Pixel};
 use rayon::prelude::*;
 
 use super::correspond::LevelPoint;
-use super::owners::{Owners, Placed};
+use super::level_face::LevelFace;
+use super::owners::Owners;
 use super::places::{BLOCK, Places, Wanted};
-use super::shading_mesh::ShadingTriangle;
-use super::{Face, Job, Reading};
+use super::{Job, Reading};
 use crate::role::Role;
 use crate::samples::{Coding, Group, Sample};
 
@@ -34,33 +34,6 @@ pub(super) struct Maker<'a> {
     pub(super) lods: Vec<f32>,
     /// One per face: the side of a texel on the level.
     pub(super) texels: Vec<f32>,
-}
-
-/// A face of the level, ready for all of its texels.
-pub(super) struct LevelFace {
-    placed: Placed,
-    triangle: ShadingTriangle,
-    group: u32,
-    chart: u32,
-}
-
-impl LevelFace {
-    /// The face in an image of `fine` parts of texels.
-    pub(super) fn new(job: &Job<'_>, face: &Face, fine: [usize; 2]) -> Self {
-        let level = &job.pairs[face.pair as usize].level;
-        let triangle = face.triangle as usize;
-        Self {
-            placed: Placed::new(face.uvs, fine, job.wrap),
-            triangle: level.triangle(triangle),
-            group: level.mesh.groups[triangle],
-            chart: level.charts[triangle],
-        }
-    }
-
-    /// The position of a place in the image in the face's plane, in parts of texels.
-    pub(super) fn position_at(&self, place: DVec2) -> Vec3 {
-        self.triangle.position(self.placed.weights_at(place))
-    }
 }
 
 /// Rows that were made.
