@@ -136,7 +136,6 @@ impl Polish {
             level.positions = positions::fit(source, &sheet, &pairs, &descended, self.damping);
             pairs = pairs.follow(source, &Sheet::new(level, Arc::clone(&fans)));
         }
-        pairs = pairs.follow_back(source, &Sheet::new(level, fans));
         let damping = self.attribute_damping;
         attributes::fit(source, level, &pairs.all, guards.locked, damping);
     }

@@ -169,20 +169,14 @@ impl Pairs {
         self.all.retain(|_| apart.next().is_some_and(is_near));
     }
 
-    /// The samples of the source with their nearest points after the level has moved a little. Those of the
-    /// level keep theirs: they are felt along the normal there, which hardly changes.
+    /// The samples with their nearest points after the level has moved a little.
     pub(super) fn follow(mut self, source: &Source<'_>, level: &Sheet<'_>) -> Self {
         let source = &source.sheet;
-        self.all[..self.there].par_iter_mut().with_min_len(AT_ONCE).for_each(|pair| {
+        let (there, back) = self.all.split_at_mut(self.there);
+        there.par_iter_mut().with_min_len(AT_ONCE).for_each(|pair| {
             pair.level = level.follow(pair.level.triangle, source, &pair.source);
         });
-        self
-    }
-
-    /// The same for the samples of the level.
-    pub(super) fn follow_back(mut self, source: &Source<'_>, level: &Sheet<'_>) -> Self {
-        let source = &source.sheet;
-        self.all[self.there..].par_iter_mut().with_min_len(AT_ONCE).for_each(|pair| {
+        back.par_iter_mut().with_min_len(AT_ONCE).for_each(|pair| {
             pair.source = source.follow(pair.source.triangle, level, &pair.level);
         });
         self
