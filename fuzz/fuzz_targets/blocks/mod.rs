@@ -73,7 +73,7 @@ pub fn change_column(bytes: &[u8], random: &mut Random) -> Option<Vec<u8>> {
     let all = buffer.len();
     *json.pointer_mut("/buffers/0/byteLength")? = all.into();
     let views = json.pointer_mut("/bufferViews")?.as_array_mut()?;
-    views.last_mut()?["byteLength"] = (all - start).into();
+    views.last_mut()?.as_object_mut()?.insert("byteLength".into(), (all - start).into());
     Some(put_together(&json, &buffer))
 }
 
