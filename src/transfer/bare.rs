@@ -1,5 +1,10 @@
 //! Textures for surfaces whose source has none, and no UVs for any: the colors of their vertices as a base color,
 //! and the shape that a level has lost as a normal map, in charts that levels gain.
+//!
+//! A base color is the `COLOR_0` of the source's surface, in linear light as glTF has it, stored in sRGB with
+//! eight bits a channel; levels have no `COLOR_0` then, and the material's own factor stays. Guaranteed: no
+//! material that anything else uses, with UVs or as points and lines, changes. Not guaranteed: colors beyond 0…1
+//! and finer than eight bits.
 
 use std::collections::{BTreeMap, BTreeSet};
 

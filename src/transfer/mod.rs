@@ -5,7 +5,8 @@
 //! gain one, with the shape that a level has lost. How large the images are is told by `sizes`.
 //!
 //! Levels of surfaces that are laid out anew in whole may be simplified without UVs: `unwrap` then gives them
-//! charts, which `repack_charts` packs as it packs those of the source.
+//! charts, which `repack_charts` packs as it packs those of the source. Surfaces without UVs gain textures so
+//! too: `bare` tells which.
 //!
 //! Materials that agree in what an atlas does not hold can become one: `merge_materials` tells which,
 //! `merged_material` how, `merged_images` makes their images, and `join_primitives` tells which
