@@ -158,8 +158,10 @@ impl Batch {
             let bitangent = smooth.cross(tangent) * normal[3];
             // Neither the normal nor the tangent is made unit before the map is applied, as MikkTSpace
             // asks.
-            let map = texels(NORMAL).map(|x| x * 2.0 - 1.0);
-            let mapped = tangent * (map[0] * lean) + bitangent * (map[1] * lean) + smooth * map[2];
+            let [map_x, map_y, map_z, _] = texels(NORMAL);
+            let mapped = tangent * (signed(map_x) * lean)
+                + bitangent * (signed(map_y) * lean)
+                + smooth * signed(map_z);
             let back = -(rays.forward + rays.right * x[sample] + rays.down * y[sample]);
             let to_eye = back * (1.0 / back.dot(back).sqrt());
             let (packed, glow) = (texels(PACKED), texels(EMISSIVE));
@@ -183,8 +185,14 @@ impl Batch {
         let base = coat.material.base_color.to_array();
         for sample in 0..MANY {
             let (color, texel) = (self.colors[sample], self.texels[BASE_COLOR][sample]);
-            self.shaded[sample] =
-                [0, 1, 2, 3].map(|channel| unit(base[channel] * color[channel] * texel[channel]));
+            let tinted = |channel: usize| unit(base[channel] * color[channel] * texel[channel]);
+            self.shaded[sample] = [tinted(0), tinted(1), tinted(2), tinted(3)];
         }
     }
+}
+
+/// The component of a normal that a texel of 0…1 stands for.
+#[inline(always)]
+fn signed(texel: f32) -> f32 {
+    texel * 2.0 - 1.0
 }

@@ -1,4 +1,4 @@
-//! Which triangle each sample of an image sees.
+//! Which triangle each sample of a rectangle of an image sees.
 //!
 //! Two triangles that share an edge compute its number (see `raster`) from the same two points, one as
 //! the exact negative of the other: no sample between them is missed. A sample on the edge belongs to
@@ -7,7 +7,6 @@
 use glam::{DVec2, DVec3};
 
 use super::raster::{Facet, View};
-use super::vectors::Work;
 
 /// Triangles of at most so many samples across are drawn by a test of each sample, wider ones by where
 /// their edges cut a row.
@@ -16,18 +15,29 @@ const NARROW: usize = 24;
 /// No triangle.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// The nearest triangle at each sample.
+/// The nearest triangle at each sample of a rectangle.
+#[derive(Default)]
 pub(super) struct Layer {
-    /// One per sample, row-major from the top; [`NONE`] where nothing is seen.
+    /// Left and top of the rectangle, in samples of the image.
+    corner: [usize; 2],
+    /// Its width and height.
+    size: [usize; 2],
+    /// One per sample, row-major from the top: the number by which a triangle was drawn; [`NONE`] where
+    /// nothing is seen.
     pub(super) triangles: Vec<u32>,
     /// One per sample: 1 / depth, in 1/m; 0 where nothing is seen.
     inverse_depths: Vec<f32>,
 }
 
 impl Layer {
-    pub(super) fn new(view: &View<'_>) -> Self {
-        let samples = view.size() * view.size();
-        Self { triangles: vec![NONE; samples], inverse_depths: vec![0.0; samples] }
+    /// Makes it that of a rectangle in which nothing is seen yet: left and top, width and height, in
+    /// samples of the image. The left is a multiple of 8.
+    pub(super) fn begin(&mut self, corner: [usize; 2], size: [usize; 2]) {
+        (self.corner, self.size) = (corner, size);
+        self.triangles.clear();
+        self.triangles.resize(size[0] * size[1], NONE);
+        self.inverse_depths.clear();
+        self.inverse_depths.resize(size[0] * size[1], 0.0);
     }
 
     /// 1 / depth at a sample, 0 where nothing is seen.
@@ -35,21 +45,38 @@ impl Layer {
         self.inverse_depths[sample]
     }
 
-    /// Draws a triangle where it is nearer than what the layer holds.
+    /// The samples that a triangle may cover, as [`bounds`].
     #[inline(always)]
-    pub(super) fn cover(&mut self, view: &View<'_>, facet: &Facet) {
-        let Some([left, top, right, bottom]) = bounds(view, facet) else { return };
+    fn bounds(&self, view: &View<'_>, facet: &Facet) -> Option<[usize; 4]> {
+        let [left, top, right, bottom] = bounds(view, facet)?;
+        let ([x, y], [width, height]) = (self.corner, self.size);
+        let (right, bottom) = (right.min(x + width - 1), bottom.min(y + height - 1));
+        let (left, top) = (left.max(x), top.max(y));
+        (left <= right && top <= bottom).then_some([left, top, right, bottom])
+    }
+
+    /// The place of the first sample of a row of the image.
+    #[inline(always)]
+    fn row(&self, y: usize) -> usize {
+        (y - self.corner[1]) * self.size[0]
+    }
+
+    /// Draws a triangle by a number where it is nearer than what the layer holds.
+    #[inline(always)]
+    pub(super) fn cover(&mut self, view: &View<'_>, facet: &Facet, triangle: u32) {
+        let Some([left, top, right, bottom]) = self.bounds(view, facet) else { return };
         let (nearest, planes) = (1.0 / view.camera.near, Planes::new(view, facet));
         let is_narrow = right - left < NARROW;
         // Whole vectors: a sample beyond the bounds lies outside.
-        let [from, to] = [left & !7, (right + 1).next_multiple_of(8).min(view.size())];
-        let triangle = facet.triangle as u32;
+        let last = self.corner[0] + self.size[0];
+        let [from, to] = [left & !7, (right + 1).next_multiple_of(8).min(last)];
         for y in top..=bottom {
             let line = planes.line(view, facet, y);
             let [first, end] =
                 if is_narrow { [from, to] } else { line.clip(&planes, left, right + 1) };
             if first < end {
-                let samples = y * view.size() + first..y * view.size() + end;
+                let row = self.row(y);
+                let samples = row + first - self.corner[0]..row + end - self.corner[0];
                 let triangles = &mut self.triangles[samples.clone()];
                 let depths = &mut self.inverse_depths[samples][..triangles.len()];
                 for k in 0..triangles.len() {
@@ -66,50 +93,35 @@ impl Layer {
         }
     }
 
-    /// Draws a triangle where it is nearer than what the layer and `solid` hold and `keep` says so
-    /// of the sample, by its column and row.
+    /// Draws a triangle by a number where it is nearer than what the layer and `solid`, of the same
+    /// rectangle, hold and `keep` says so of the sample, by its column and row in the image.
     pub(super) fn draw(
         &mut self,
         view: &View<'_>,
         facet: &Facet,
+        triangle: u32,
         solid: Option<&Self>,
         mut keep: impl FnMut([usize; 2]) -> bool,
     ) {
-        let Some([left, top, right, bottom]) = bounds(view, facet) else { return };
+        let Some([left, top, right, bottom]) = self.bounds(view, facet) else { return };
         let (nearest, planes) = (1.0 / view.camera.near, Planes::new(view, facet));
         for y in top..=bottom {
             let line = planes.line(view, facet, y);
             let [first, end] = line.clip(&planes, left, right + 1);
-            let row = y * view.size();
+            let row = self.row(y);
             for x in first..end {
                 let inverse_depth = planes.slope * x as f64 + line.start;
-                let (sample, nearness) = (row + x, inverse_depth as f32);
+                let (sample, nearness) = (row + x - self.corner[0], inverse_depth as f32);
                 if nearness > self.inverse_depths[sample]
                     && inverse_depth <= nearest
                     && solid.is_none_or(|solid| nearness > solid.inverse_depths[sample])
                     && keep([x, y])
                 {
-                    self.triangles[sample] = facet.triangle as u32;
+                    self.triangles[sample] = triangle;
                     self.inverse_depths[sample] = nearness;
                 }
             }
         }
-    }
-}
-
-/// The drawing of a triangle: see [`Layer::cover`].
-pub(super) struct Covering<'l, 'v> {
-    pub(super) layer: &'l mut Layer,
-    pub(super) view: &'l View<'v>,
-    pub(super) facet: &'l Facet,
-}
-
-impl Work for Covering<'_, '_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        self.layer.cover(self.view, self.facet);
     }
 }
 
@@ -202,7 +214,7 @@ fn clip(slope: f64, start: f64, inverse: f64, first: &mut usize, end: &mut usize
 
 /// The samples `[left, top, right, bottom]`, all included, that a triangle may cover; nothing if it
 /// lies outside the frame.
-fn bounds(view: &View<'_>, facet: &Facet) -> Option<[usize; 4]> {
+pub(super) fn bounds(view: &View<'_>, facet: &Facet) -> Option<[usize; 4]> {
     let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
     let mut reach = |place: DVec2| {
         low = low.min(place);
@@ -255,17 +267,23 @@ mod tests {
     fn draw_all(scene: &Scene) -> Layer {
         let camera = camera();
         let view = View::new(scene, &camera, 8);
-        let mut layer = Layer::new(&view);
-        for triangle in 0..scene.triangles.len() {
-            if let Some(facet) = view.facet(triangle) {
-                layer.cover(&view, &facet);
+        let facets = || (0..scene.triangles.len()).filter_map(|triangle| view.facet(triangle));
+        let draw = |corner: [usize; 2], size: [usize; 2]| {
+            let [mut layer, mut tested] = [Layer::default(), Layer::default()];
+            layer.begin(corner, size);
+            tested.begin(corner, size);
+            for facet in facets() {
+                layer.cover(&view, &facet, facet.triangle as u32);
+                tested.draw(&view, &facet, facet.triangle as u32, None, |_| true);
             }
+            assert_eq!(layer.triangles, tested.triangles);
+            layer
+        };
+        let layer = draw([0, 0], [16, 16]);
+        let part = draw([8, 4], [7, 9]);
+        for (at, triangle) in part.triangles.iter().enumerate() {
+            assert_eq!(*triangle, layer.triangles[(4 + at / 7) * 16 + 8 + at % 7]);
         }
-        let mut tested = Layer::new(&view);
-        for facet in (0..scene.triangles.len()).filter_map(|triangle| view.facet(triangle)) {
-            tested.draw(&view, &facet, None, |_| true);
-        }
-        assert_eq!(layer.triangles, tested.triangles);
         layer
     }
 

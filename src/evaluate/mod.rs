@@ -31,6 +31,7 @@ mod shade;
 pub mod sheet;
 pub mod similarity;
 mod switch;
+mod tiles;
 mod vectors;
 mod views;
 pub mod visible;

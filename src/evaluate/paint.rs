@@ -9,82 +9,69 @@ use super::batch::Batch;
 use super::frame::{BACKGROUND, Image};
 use super::layer::{Layer, NONE};
 use super::patch::{Patch, TILE};
-use super::raster::{SAMPLES, View};
+use super::raster::SAMPLES;
 use super::shade::{COUNT, Shader, Spot};
+use super::tiles::Tile;
 use super::vectors::{Work, dispatch};
 
 /// Pixels along each side of a tile.
 const SIDE: usize = TILE / SAMPLES;
-/// Entries of the table of a tile's patches. Of a helmet of 94,722 triangles a tile of 512² pixels shows
-/// up to 300.
-const KNOWN: usize = 1024;
 
-/// Shades what the layers of a view hold.
+/// Shades what the tiles of a view show.
 pub(super) struct Painter<'a> {
-    view: &'a View<'a>,
     shader: &'a Shader<'a>,
-    /// From back to front.
-    layers: Vec<&'a Layer>,
-    /// Those of the tile.
+    /// Those of the tile's triangles that its samples see.
     patches: Vec<Patch>,
-    /// Triangles and their places among the patches, each at its triangle's number modulo [`KNOWN`].
-    known: Vec<[u32; 2]>,
-    /// The samples of a layer in a tile.
+    /// One per triangle of the tile: its place among the patches, [`NONE`] before it is one.
+    known: Vec<u32>,
+    /// The samples of a layer in the tile.
     spots: Vec<Spot>,
-    /// One per sample of the tile, pixel by pixel, where its pixel is covered.
-    samples: Vec<[f32; 4]>,
+    /// One per pixel of the tile: its samples, where it is covered.
+    samples: Vec<[[f32; 4]; COUNT]>,
     /// One per pixel of the tile: the bits of [`Image::coverage`].
     covered: Vec<u8>,
     batch: Box<Batch>,
 }
 
 impl<'a> Painter<'a> {
-    /// `layers`: from back to front.
-    pub(super) fn new(view: &'a View<'a>, shader: &'a Shader<'a>, layers: Vec<&'a Layer>) -> Self {
+    pub(super) fn new(shader: &'a Shader<'a>) -> Self {
         Self {
-            view,
             shader,
-            layers,
             patches: Vec::new(),
-            known: vec![[NONE, 0]; KNOWN],
+            known: Vec::new(),
             spots: Vec::with_capacity(TILE * TILE),
-            samples: vec![[0.0; 4]; TILE * TILE],
+            samples: vec![[[0.0; 4]; COUNT]; SIDE * SIDE],
             covered: vec![0; SIDE * SIDE],
             batch: Box::new(Batch::EMPTY),
         }
     }
 
-    /// Paints all that the layers hold over the background.
-    pub(super) fn paint(mut self, image: &mut Image) {
-        for top in (0..self.view.resolution).step_by(SIDE) {
-            for left in (0..self.view.resolution).step_by(SIDE) {
-                self.paint_tile([left, top], image);
-            }
+    /// Paints what a tile shows over the background.
+    pub(super) fn paint(&mut self, tile: &Tile<'_>, image: &mut Image) {
+        if tile.facets.is_empty() {
+            return;
         }
+        self.patches.clear();
+        self.known.clear();
+        self.known.resize(tile.facets.len(), NONE);
+        self.covered.fill(0);
+        for layer in tile.layers() {
+            dispatch(Shading { painter: self, tile, layer });
+        }
+        self.put(tile, image);
     }
 
-    /// Paints the tile at a pixel.
-    fn paint_tile(&mut self, corner: [usize; 2], image: &mut Image) {
-        self.patches.clear();
-        self.known.fill([NONE, 0]);
-        self.covered.fill(0);
-        for layer in 0..self.layers.len() {
-            self.spots.clear();
-            self.collect(layer, corner);
-            if self.spots.windows(2).any(|pair| pair[0].material != pair[1].material) {
-                self.spots.sort_by_key(|spot| spot.material);
-            }
-            dispatch(Shading { painter: self, corner });
-        }
-        let last = corner.map(|at| (at + SIDE).min(self.view.resolution));
-        for y in corner[1]..last[1] {
-            for x in corner[0]..last[0] {
-                let pixel = place([x, y], corner);
+    /// Puts the pixels that are covered into the image.
+    fn put(&self, tile: &Tile<'_>, image: &mut Image) {
+        let [left, top] = [tile.corner[0] / SAMPLES, tile.corner[1] / SAMPLES];
+        for y in 0..tile.size[1] / SAMPLES {
+            for x in 0..tile.size[0] / SAMPLES {
+                let pixel = y * SIDE + x;
                 if self.covered[pixel] != 0 {
-                    let [a, b, c, d] = [0, 1, 2, 3].map(|slot| self.samples[pixel * COUNT + slot]);
+                    let [a, b, c, d] = &self.samples[pixel];
                     // In pairs, so that four equal samples give exactly theirs.
                     let mean = |of: usize| ((a[of] + b[of]) + (c[of] + d[of])) / 4.0;
-                    let at = y * self.view.resolution + x;
+                    let at = (top + y) * image.width + left + x;
                     image.rgb[at] = [mean(0), mean(1), mean(2)];
                     image.coverage[at] = self.covered[pixel];
                 }
@@ -92,92 +79,84 @@ impl<'a> Painter<'a> {
         }
     }
 
-    /// Collects the samples of a layer in the tile at a pixel, pixel by pixel.
-    fn collect(&mut self, layer: usize, corner: [usize; 2]) {
-        let (layer, size) = (self.layers[layer], self.view.size());
-        let last = corner.map(|at| (at + SIDE).min(self.view.resolution));
-        for y in corner[1]..last[1] {
-            let rows = &layer.triangles[y * SAMPLES * size..][..SAMPLES * size];
-            let (upper, lower) = rows.split_at(size);
-            let (upper, lower) = (upper.as_chunks::<SAMPLES>().0, lower.as_chunks::<SAMPLES>().0);
-            for x in corner[0]..last[0] {
-                let ([a, b], [c, d]) = (upper[x], lower[x]);
-                if [a, b, c, d] != [NONE; COUNT] {
-                    self.collect_pixel([x, y], [a, b, c, d], corner);
-                }
-            }
-        }
-    }
-
-    /// Collects the samples of a pixel, of which at least one is covered.
-    #[inline]
-    fn collect_pixel(&mut self, at: [usize; 2], seen: [u32; COUNT], corner: [usize; 2]) {
-        let pixel = place(at, corner);
-        if self.covered[pixel] == 0 {
-            self.samples[pixel * COUNT..][..COUNT].fill([BACKGROUND; 4]);
-        }
-        let (mut last, mut entry) = (NONE, None);
-        for (slot, &triangle) in seen.iter().enumerate() {
-            if triangle == NONE {
-                continue;
-            }
-            if triangle != last {
-                (last, entry) = (triangle, self.find_patch(triangle, at));
-            }
-            let Some(patch) = entry else { continue };
-            let material = self.patches[patch as usize].material as u32;
-            let pixel = at.map(|at| at as u32);
-            self.spots.push(Spot { patch, material, pixel, slot: slot as u32 });
-            self.covered[place(at, corner)] |= 1 << slot;
-        }
-    }
-
-    /// The place of a triangle's patch for the tile of a pixel; nothing if it can't be seen.
-    #[inline]
-    fn find_patch(&mut self, triangle: u32, pixel: [usize; 2]) -> Option<u32> {
-        let known = &mut self.known[triangle as usize % KNOWN];
-        if known[0] != triangle {
-            let facet = self.view.facet(triangle as usize)?;
-            *known = [triangle, self.patches.len() as u32];
-            let sample = pixel.map(|at| at * SAMPLES);
-            self.patches.push(Patch::new(self.view, &facet, sample));
-        }
-        Some(known[1])
-    }
-
-    /// Shades the samples that were collected over what the tile holds.
+    /// Shades the samples of a layer over what the tile holds.
     #[inline(always)]
-    fn shade(&mut self, corner: [usize; 2]) {
+    fn shade(&mut self, tile: &Tile<'_>, layer: &Layer) {
+        self.spots.clear();
+        self.collect(tile, layer);
+        if self.spots.windows(2).any(|pair| pair[0].material != pair[1].material) {
+            self.spots.sort_by_key(|spot| spot.material);
+        }
         let Self { shader, patches, samples, batch, .. } = self;
         for spots in self.spots.chunk_by(|a, b| a.material == b.material) {
             shader.shade(patches, spots, batch, |spot, color| {
-                let pixel = place(spot.pixel.map(|at| at as usize), corner);
-                let sample = &mut samples[pixel * COUNT + spot.slot as usize];
+                let [x, y] = spot.pixel;
+                let pixel = (y as usize % SIDE) * SIDE + x as usize % SIDE;
+                let sample = &mut samples[pixel][spot.slot as usize % COUNT];
                 let alpha = color[3];
                 let mix = |channel: usize| sample[channel] * (1.0 - alpha) + color[channel] * alpha;
                 *sample = [mix(0), mix(1), mix(2), 1.0];
             });
         }
     }
+
+    /// Collects the samples of a layer, pixel by pixel.
+    #[inline(always)]
+    fn collect(&mut self, tile: &Tile<'_>, layer: &Layer) {
+        for (y, rows) in layer.triangles.chunks_exact(SAMPLES * tile.size[0]).enumerate() {
+            let (upper, lower) = rows.split_at(tile.size[0]);
+            let (upper, lower) = (upper.as_chunks::<SAMPLES>().0, lower.as_chunks::<SAMPLES>().0);
+            for (x, ([a, b], [c, d])) in upper.iter().zip(lower).enumerate() {
+                if a & b & c & d != NONE {
+                    self.collect_pixel(tile, [x, y], [*a, *b, *c, *d]);
+                }
+            }
+        }
+    }
+
+    /// Collects the samples of a pixel of the tile, of which at least one is covered.
+    #[inline(always)]
+    fn collect_pixel(&mut self, tile: &Tile<'_>, [x, y]: [usize; 2], seen: [u32; COUNT]) {
+        let pixel = y * SIDE + x;
+        if self.covered[pixel] == 0 {
+            self.samples[pixel] = [[BACKGROUND; 4]; COUNT];
+        }
+        let at = [(tile.corner[0] / SAMPLES + x) as u32, (tile.corner[1] / SAMPLES + y) as u32];
+        for (slot, &triangle) in seen.iter().enumerate() {
+            if triangle != NONE {
+                let patch = self.find_patch(tile, triangle);
+                let material = self.patches[patch as usize].material;
+                self.spots.push(Spot { patch, material, pixel: at, slot: slot as u32 });
+                self.covered[pixel] |= 1 << slot;
+            }
+        }
+    }
+
+    /// The place of a triangle's patch.
+    #[inline(always)]
+    fn find_patch(&mut self, tile: &Tile<'_>, triangle: u32) -> u32 {
+        let known = &mut self.known[triangle as usize];
+        if *known == NONE {
+            *known = self.patches.len() as u32;
+            let facet = &tile.facets[triangle as usize];
+            self.patches.push(Patch::new(tile.view, facet, tile.corner));
+        }
+        *known
+    }
 }
 
-/// The shading of a tile.
-struct Shading<'p, 'a> {
+/// The shading of a layer of a tile.
+struct Shading<'p, 'a, 't> {
     painter: &'p mut Painter<'a>,
-    corner: [usize; 2],
+    tile: &'t Tile<'t>,
+    layer: &'t Layer,
 }
 
-impl Work for Shading<'_, '_> {
+impl Work for Shading<'_, '_, '_> {
     type Output = ();
 
     #[inline(always)]
     fn run(self) {
-        self.painter.shade(self.corner);
+        self.painter.shade(self.tile, self.layer);
     }
-}
-
-/// The place of a pixel in the tile at another.
-#[inline]
-fn place([x, y]: [usize; 2], [left, top]: [usize; 2]) -> usize {
-    (y - top) * SIDE + (x - left)
 }

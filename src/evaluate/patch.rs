@@ -15,7 +15,7 @@ pub(super) const TILE: usize = 64;
 /// A triangle as its samples within one tile are shaded.
 pub(super) struct Patch {
     /// The index of its material; that of none if the scene names none.
-    pub(super) material: usize,
+    pub(super) material: u32,
     /// Whether the eye sees the side from which the corners run counter-clockwise.
     pub(super) front: bool,
     /// In samples.
@@ -74,24 +74,23 @@ impl Patch {
         let relative =
             |e: DVec3| (DVec3::new(e.y, e.z, e.element_sum()) / greatest).as_vec3().extend(0.0);
         let scene: &Scene = view.scene;
-        let corners = scene.triangles[facet.triangle].map(|vertex| vertex as usize);
+        let [a, b, c] = scene.triangles[facet.triangle];
+        let [a, b, c] = [a as usize, b as usize, c as usize];
         let tangents = scene.tangents.get(facet.triangle).copied().unwrap_or_default();
         let sign = if tangents[0].w < 0.0 { -1.0 } else { 1.0 };
         let normal = |v: usize| scene.normals.get(v).map_or(Vec4::ZERO, |n| n.extend(0.0));
         let uv = |set: usize, v: usize| scene.uvs[set].get(v).copied().unwrap_or(Vec2::ZERO);
+        let uvs = |v: usize| Vec4::from((uv(0, v), uv(1, v)));
         let color = |v: usize| scene.colors.get(v).copied().unwrap_or(Vec4::ONE);
         Self {
-            material: scene
-                .triangle_materials
-                .get(facet.triangle)
-                .map_or(usize::MAX, |material| *material as usize),
+            material: scene.triangle_materials.get(facet.triangle).copied().unwrap_or(u32::MAX),
             front: facet.front,
             middle: middle.as_vec2(),
             numbers: numbers.map(relative),
-            normal: Corners::new(corners.map(|v| normal(v).with_w(sign))),
+            normal: Corners::new([normal(a), normal(b), normal(c)].map(|n| n.with_w(sign))),
             tangent: Corners::new(tangents),
-            color: Corners::new(corners.map(color)),
-            uvs: Corners::new(corners.map(|v| Vec4::from((uv(0, v), uv(1, v))))),
+            color: Corners::new([color(a), color(b), color(c)]),
+            uvs: Corners::new([uvs(a), uvs(b), uvs(c)]),
         }
     }
 

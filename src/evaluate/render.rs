@@ -1,9 +1,9 @@
 //! The renderer: a scene and a camera make an image, with the same bits on every run.
 //!
-//! First the nearest triangle of each of the 2 × 2 samples of a pixel is found (`raster`, `layer`), then each
-//! sample is shaded (`paint`, `patch`, `shade`, `coat`, `batch`, `light`) and held to 0…1 as on a screen, and the box
-//! averages them. Opaque and masked triangles are drawn first; of the blended ones the nearest is laid
-//! over them.
+//! Tile by tile the nearest triangle of each of the 2 × 2 samples of a pixel is found (`tiles`, `raster`,
+//! `layer`), then each sample is shaded (`paint`, `patch`, `shade`, `coat`, `batch`, `light`) and held to
+//! 0…1 as on a screen, and the box averages them. Opaque and masked triangles are drawn first; of the
+//! blended ones the nearest is laid over them.
 //!
 //! Views are rendered in parallel and share nothing, so the thread count changes nothing. Not
 //! guaranteed: the same bits on another machine, whose `log2` may round otherwise.
@@ -12,15 +12,11 @@ use rayon::prelude::*;
 
 use super::camera::{Camera, Rig};
 pub use super::frame::{BACKGROUND, Image};
-use super::layer::{Covering, Layer};
 use super::paint::Painter;
 use super::raster::View;
-use super::scene::{Alpha, Mode, Scene};
-use super::shade::{Shader, material_of};
-use super::vectors::dispatch;
-
-/// A blended sample below this alpha is not there: one step of 8 bits.
-const INVISIBLE: f32 = 1.0 / 255.0;
+use super::scene::{Mode, Scene};
+use super::shade::Shader;
+use super::tiles::{Tile, for_each_tile};
 
 /// Renders every view of a rig, in its order.
 pub fn render_views(scene: &Scene, rig: &Rig, mode: Mode) -> Vec<Image> {
@@ -33,59 +29,30 @@ pub fn render_views(scene: &Scene, rig: &Rig, mode: Mode) -> Vec<Image> {
 /// not there, or has no area or a corner that is not finite, is not seen; attributes that are
 /// missing are white (color) or zero; what is nearer than the camera's near plane is cut away.
 pub fn render(scene: &Scene, camera: &Camera, resolution: usize, mode: Mode) -> Image {
-    render_with(scene, camera, (resolution, mode), |_, _| ()).0
+    render_with(scene, camera, (resolution, mode), |_| ())
 }
 
-/// Renders one view, and hands on what `look` makes of its nearest opaque or masked triangles.
-pub(super) fn render_with<R>(
+/// Renders one view, and shows each of its tiles to `look`.
+pub(super) fn render_with(
     scene: &Scene,
     camera: &Camera,
     (resolution, mode): (usize, Mode),
-    look: impl FnOnce(&View<'_>, &Layer) -> R,
-) -> (Image, R) {
+    mut look: impl FnMut(&Tile<'_>),
+) -> Image {
     let view = View::new(scene, camera, resolution);
     let shader = Shader::new(&view, mode);
-    let (solid, blended) = find_visible(&view, &shader);
-    let seen = look(&view, &solid);
     let mut image = Image {
         width: resolution,
         height: resolution,
         rgb: vec![[BACKGROUND; 3]; resolution * resolution],
         coverage: vec![0; resolution * resolution],
     };
-    let layers = [Some(&solid), blended.as_ref()].into_iter().flatten().collect();
-    Painter::new(&view, &shader, layers).paint(&mut image);
-    (image, seen)
-}
-
-/// The nearest opaque or masked triangle at each sample, and the nearest blended one before it if
-/// the scene has any.
-pub(super) fn find_visible(view: &View<'_>, shader: &Shader<'_>) -> (Layer, Option<Layer>) {
-    let scene = view.scene;
-    let mut solid = Layer::new(view);
-    let mut blended = Vec::new();
-    for triangle in 0..scene.triangles.len() {
-        let Some(material) = material_of(scene, triangle) else { continue };
-        let Some(facet) = view.facet(triangle) else { continue };
-        if !facet.front && !material.double_sided {
-            continue;
-        }
-        match material.alpha {
-            Alpha::Opaque => dispatch(Covering { layer: &mut solid, view, facet: &facet }),
-            Alpha::Mask(cutoff) => {
-                solid.draw(view, &facet, None, |at| shader.alpha(&facet, at) >= cutoff);
-            }
-            Alpha::Blend => blended.push(triangle),
-        }
-    }
-    if blended.is_empty() {
-        return (solid, None);
-    }
-    let mut front = Layer::new(view);
-    for facet in blended.into_iter().filter_map(|triangle| view.facet(triangle)) {
-        front.draw(view, &facet, Some(&solid), |at| shader.alpha(&facet, at) >= INVISIBLE);
-    }
-    (solid, Some(front))
+    let mut painter = Painter::new(&shader);
+    for_each_tile(&view, &shader, |tile| {
+        look(tile);
+        painter.paint(tile, &mut image);
+    });
+    image
 }
 
 #[cfg(test)]
@@ -97,7 +64,7 @@ mod tests {
     use seamwise_texture::{ColorEncoding, Mips, Plane, Wrap};
 
     use super::super::luminance::Difference;
-    use super::super::scene::{Material, TextureRef};
+    use super::super::scene::{Alpha, Material, TextureRef};
     use super::*;
 
     /// Sees the square −1…1 of the plane z = 0, and all of it.

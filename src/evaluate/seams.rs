@@ -7,36 +7,34 @@
 
 use glam::{DVec2, Vec2};
 
-use super::layer::{Layer, NONE};
-use super::raster::{SAMPLES, View};
+use super::raster::SAMPLES;
 use super::scene::Scene;
+use super::tiles::Tile;
 use crate::surface::edges::{Side, same_edge, sides_by_edge};
 
 /// Half the width of the band: what a bilinear tap reaches at the mip level of a pixel, and as much
 /// again for trilinear filtering.
 const BAND: f32 = 2.0;
 
-/// Whether each pixel of a view, whose nearest triangles are these, lies in the band around a seam of the
-/// scene: see [`seam_edges`].
-pub(super) fn seam_band(view: &View<'_>, solid: &Layer, seams: &[[bool; 3]]) -> Vec<bool> {
-    let resolution = view.resolution;
-    let mut band = vec![false; resolution * resolution];
-    for (at, &triangle) in solid.triangles.iter().enumerate() {
-        if triangle == NONE || seams[triangle as usize] == [false; 3] {
+/// Marks the pixels of a tile, one of the view's each, that lie in the band around a seam of the scene:
+/// see [`seam_edges`].
+pub(super) fn mark_band(tile: &Tile<'_>, seams: &[[bool; 3]], band: &mut [bool]) {
+    for (at, &triangle) in tile.solid.triangles.iter().enumerate() {
+        let Some(facet) = tile.facets.get(triangle as usize) else { continue };
+        let seams = seams[facet.triangle];
+        if seams == [false; 3] {
             continue;
         }
-        let (x, y) = (at % view.size(), at / view.size());
-        let Some(facet) = view.facet(triangle as usize) else { continue };
-        let hit = facet.hit(view, DVec2::new(x as f64 + 0.5, y as f64 + 0.5));
+        let [x, y] = [tile.corner[0] + at % tile.size[0], tile.corner[1] + at / tile.size[0]];
+        let hit = facet.hit(tile.view, DVec2::new(x as f64 + 0.5, y as f64 + 0.5));
         let near = |corner: usize| {
             let gradient = Vec2::new(hit.dx[corner], hit.dy[corner]).length();
             hit.barycentrics[corner] <= BAND * gradient
         };
-        if (0..3).any(|corner| seams[triangle as usize][corner] && near(corner)) {
-            band[y / SAMPLES * resolution + x / SAMPLES] = true;
+        if (0..3).any(|corner| seams[corner] && near(corner)) {
+            band[y / SAMPLES * tile.view.resolution + x / SAMPLES] = true;
         }
     }
-    band
 }
 
 /// One per triangle: whether the edge opposite each corner is a seam.
@@ -106,9 +104,8 @@ mod tests {
         let scene = halves();
         let camera = Camera::look_at(DVec3::Z * 2.0, DVec3::ZERO, 2.0 * 0.5f64.atan(), 0.1);
         let seams = seam_edges(&scene);
-        let (_, band) = render_with(&scene, &camera, (32, Mode::Unlit), |view, solid| {
-            seam_band(view, solid, &seams)
-        });
+        let mut band = vec![false; 32 * 32];
+        render_with(&scene, &camera, (32, Mode::Unlit), |tile| mark_band(tile, &seams, &mut band));
         for y in 2..30 {
             let row = &band[y * 32..][..32];
             let inside: Vec<usize> = (0..32).filter(|&x| row[x]).collect();

@@ -65,7 +65,7 @@ impl<'a> Shader<'a> {
     /// The alpha of a triangle at a sample, by its column and row.
     pub(super) fn alpha(&self, facet: &Facet, sample: [usize; 2]) -> f32 {
         let patch = Patch::new(self.view, facet, sample);
-        let Some(coat) = self.coats.get(patch.material) else { return 0.0 };
+        let Some(coat) = self.coats.get(patch.material as usize) else { return 0.0 };
         let at = Vec2::new(sample[0] as f32 + 0.5, sample[1] as f32 + 0.5);
         let point = patch.at(at);
         let alpha = coat.material.base_color.w * point.color.w;
@@ -93,11 +93,13 @@ impl<'a> Shader<'a> {
             batch.clear();
             for same in spots.chunk_by(|a, b| (a.patch, a.pixel) == (b.patch, b.pixel)) {
                 let (patch, pixel) = (&patches[same[0].patch as usize], same[0].pixel);
-                let center = Vec2::from(pixel.map(|at| (at * SAMPLES as u32 + 1) as f32));
+                let [x, y] = pixel;
+                let center =
+                    Vec2::new((x * SAMPLES as u32 + 1) as f32, (y * SAMPLES as u32 + 1) as f32);
                 let squares = Self::squares(coat, patch, center);
                 for spot in same {
-                    let [x, y] = [spot.slot % 2, spot.slot / 2].map(|at| at as f32 - 0.5);
-                    batch.add(patch, center + Vec2::new(x, y), middle, &squares);
+                    let off = Vec2::new((spot.slot % 2) as f32, (spot.slot / 2) as f32) - 0.5;
+                    batch.add(patch, center + off, middle, &squares);
                 }
             }
             let colors = batch.shade(coat, self.light, self.rays);

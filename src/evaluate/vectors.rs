@@ -21,7 +21,7 @@ impl<W: Work> pulp::WithSimd for Vectors<W> {
     }
 }
 
-/// Does work that is compiled once more for processors with AVX2. No number is rounded otherwise there:
+/// Does work that is compiled once more for processors with AVX2, and for those with AVX-512. No number is rounded otherwise there:
 /// nothing is fused.
 #[inline]
 pub(super) fn dispatch<W: Work>(work: W) -> W::Output {

@@ -7,8 +7,9 @@ use super::luminance::Difference;
 use super::metrics::{AtSwitch, ViewMetrics};
 use super::render::{Image, render_views, render_with};
 use super::scene::{Mode, Scene};
-use super::seams::{seam_band, seam_edges};
+use super::seams::{mark_band, seam_edges};
 use super::similarity::{Similarity, Tones};
+use super::tiles::Tile;
 use super::visible::Colors;
 
 /// One picture per camera, in their order.
@@ -37,9 +38,9 @@ impl Views {
     pub(super) fn with_seams(scene: &Scene, rig: &Rig, mode: Mode) -> Self {
         let edges = seam_edges(scene);
         let render = |camera| {
-            render_with(scene, camera, (rig.resolution, mode), |view, solid| {
-                seam_band(view, solid, &edges)
-            })
+            let mut band = vec![false; rig.resolution * rig.resolution];
+            let mark = |tile: &Tile<'_>| mark_band(tile, &edges, &mut band);
+            (render_with(scene, camera, (rig.resolution, mode), mark), band)
         };
         let (images, seams): (Vec<Image>, _) = rig.cameras.par_iter().map(render).unzip();
         let tones = images.par_iter().map(Tones::of).collect();

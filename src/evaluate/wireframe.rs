@@ -10,11 +10,12 @@ use image::{Rgb, RgbImage};
 use seamwise_texture::color::linear_to_srgb8;
 
 use super::camera::Camera;
-use super::layer::{Layer, NONE};
+use super::layer::Layer;
 use super::raster::{Facet, SAMPLES, View};
-use super::render::{BACKGROUND, find_visible};
+use super::render::BACKGROUND;
 use super::scene::{Mode, Scene};
 use super::shade::Shader;
+use super::tiles::{Tile, for_each_tile};
 
 /// Half the width of a line in pixels, its soft rim left out.
 const HALF_WIDTH: f32 = 0.35;
@@ -61,38 +62,46 @@ impl Overlay {
 /// Draws a view's wireframe, and the overlay.
 pub(super) fn draw_under(view: &View<'_>, overlay: &Overlay) -> RgbImage {
     let shader = Shader::new(view, Mode::Unlit);
-    let (solid, blended) = find_visible(view, &shader);
-    let layers: Vec<&Layer> = blended.iter().chain([&solid]).collect();
     let size = view.resolution as u32;
-    RgbImage::from_fn(size, size, |x, y| {
-        let mut sum = Vec3::ZERO;
-        for at in 0..SAMPLES * SAMPLES {
-            let sample = [x as usize * SAMPLES + at % SAMPLES, y as usize * SAMPLES + at / SAMPLES];
-            sum += draw_sample(view, &layers, overlay, sample);
-        }
-        let mean = sum / (SAMPLES * SAMPLES) as f32;
-        Rgb(mean.min(Vec3::ONE).to_array().map(linear_to_srgb8))
-    })
+    let mut picture = RgbImage::new(size, size);
+    for_each_tile(view, &shader, |tile| draw_tile(tile, overlay, &mut picture));
+    picture
 }
 
-/// The linear light of a sample.
-fn draw_sample(view: &View<'_>, layers: &[&Layer], overlay: &Overlay, [x, y]: [usize; 2]) -> Vec3 {
-    let at = y * view.size() + x;
-    let nearness = layers.iter().map(|layer| layer.nearness(at)).fold(0.0, f32::max);
-    match overlay.samples.get(at) {
-        Some(&(own, light)) if own > nearness => light,
-        _ => Vec3::splat(draw_edges(view, layers, [x, y])),
+/// Draws the pixels of a tile.
+fn draw_tile(tile: &Tile<'_>, overlay: &Overlay, picture: &mut RgbImage) {
+    let [columns, rows] = tile.size.map(|side| side / SAMPLES);
+    for (x, y) in (0..rows).flat_map(|y| (0..columns).map(move |x| (x, y))) {
+        let mut sum = Vec3::ZERO;
+        for at in 0..SAMPLES * SAMPLES {
+            sum += draw_sample(tile, overlay, [x * SAMPLES + at % 2, y * SAMPLES + at / 2]);
+        }
+        let mean = sum / (SAMPLES * SAMPLES) as f32;
+        let [x, y] = [tile.corner[0] / SAMPLES + x, tile.corner[1] / SAMPLES + y];
+        let color = Rgb(mean.min(Vec3::ONE).to_array().map(linear_to_srgb8));
+        picture.put_pixel(x as u32, y as u32, color);
     }
 }
 
-/// The linear light of the wireframe at a sample.
-fn draw_edges(view: &View<'_>, layers: &[&Layer], [x, y]: [usize; 2]) -> f32 {
-    let seen = layers.iter().map(|layer| layer.triangles[y * view.size() + x]);
-    let triangle = seen.into_iter().find(|triangle| *triangle != NONE);
-    let Some(facet) = triangle.and_then(|triangle| view.facet(triangle as usize)) else {
+/// The linear light of a sample of a tile.
+fn draw_sample(tile: &Tile<'_>, overlay: &Overlay, [x, y]: [usize; 2]) -> Vec3 {
+    let at = y * tile.size[0] + x;
+    let nearness = tile.layers().map(|layer| layer.nearness(at)).fold(0.0, f32::max);
+    let [x, y] = [tile.corner[0] + x, tile.corner[1] + y];
+    match overlay.samples.get(y * overlay.size + x) {
+        Some(&(own, light)) if own > nearness => light,
+        _ => Vec3::splat(draw_edges(tile, at, DVec2::new(x as f64 + 0.5, y as f64 + 0.5))),
+    }
+}
+
+/// The linear light of the wireframe at a sample of a tile, which lies at a place in the image.
+fn draw_edges(tile: &Tile<'_>, sample: usize, place: DVec2) -> f32 {
+    // Of the front layer, where that shows one.
+    let of_layer = |layer: &Layer| tile.facets.get(layer.triangles[sample] as usize);
+    let Some(facet) = tile.layers().filter_map(of_layer).last() else {
         return BACKGROUND;
     };
-    let strength = line_strength(view, &facet, DVec2::new(x as f64 + 0.5, y as f64 + 0.5));
+    let strength = line_strength(tile.view, facet, place);
     let clay = clay(facet.normal());
     clay + (LINE - clay) * strength
 }

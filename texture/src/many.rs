@@ -67,8 +67,12 @@ impl Quads {
 
     #[inline(always)]
     fn of(&self, sample: usize) -> Quad {
-        let texels = [0, 1, 2, 3].map(|corner: usize| self.texels[corner][sample]);
-        Quad { texels, x: self.x[sample], y: self.y[sample] }
+        let [a, b, c, d] = &self.texels;
+        Quad {
+            texels: [a[sample], b[sample], c[sample], d[sample]],
+            x: self.x[sample],
+            y: self.y[sample],
+        }
     }
 
     /// The quads of an image of that size, which repeats or whose edge goes on, `further` levels below

@@ -175,7 +175,8 @@ impl Axis {
             true => 0,
             false => self.wrap.texel(first + tap as i64, self.size),
         };
-        [0, 1, 2, 3].map(|tap: usize| (texel(tap), self.weights[tap]))
+        let [a, b, c, d] = self.weights;
+        [(texel(0), a), (texel(1), b), (texel(2), c), (texel(3), d)]
     }
 }
 
