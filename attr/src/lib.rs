@@ -103,7 +103,7 @@ pub use progressive::order::ProgressiveScene;
 pub use progressive::record::{Recorded, record_chain, record_together};
 pub use progressive::selective::camera::Camera;
 pub use progressive::selective::mesh::SelectiveMesh;
-pub use progressive::selective::refine::{Goal, Refined};
+pub use progressive::selective::refine::{Goal, Refined, refine_together};
 pub use progressive::settle::Unsettled;
 pub use progressive::split::Split;
 pub use quadric::{Gradient, PointQuadric};

@@ -4,10 +4,10 @@ use std::collections::HashMap;
 use std::sync::atomic::AtomicUsize;
 use std::time::Instant;
 
-use glam::Vec3;
+use glam::{DMat4, DVec3, Vec3};
 use seamwise_attr::{
     Camera, Extracted, Goal, Mesh, Options, PointId, SelectiveMesh, Surface, TriangleId, Vertices,
-    record_chain, weld,
+    record_chain, refine_together, weld,
 };
 
 /// A hilly square of n × n squares, 1 a side, in the plane of x and z.
@@ -132,9 +132,9 @@ fn a_walk_shows_sound_meshes_whose_errors_are_as_told() {
     for frame in 0..12 {
         let camera = camera(frame as f32 / 11.0);
         let goal = match frame % 3 {
-            0 => Goal { triangles: usize::MAX, pixels: 2.0 },
-            1 => Goal { triangles: 900, pixels: 0.0 },
-            _ => Goal { triangles: 2000, pixels: 1.0 },
+            0 => Goal { pixels: 2.0, ..Goal::default() },
+            1 => Goal { triangles: 900, ..Goal::default() },
+            _ => Goal { triangles: 2000, pixels: 1.0, ..Goal::default() },
         };
         let refined = mesh.refine_for(&[camera], goal);
         let own = mesh.extract();
@@ -151,19 +151,66 @@ fn a_walk_shows_sound_meshes_whose_errors_are_as_told() {
 }
 
 #[test]
+fn a_refinement_of_few_steps_goes_on_in_the_next() {
+    let source = terrain(60);
+    let mut mesh = selective(&source, 60);
+    let [few, many] = [60, usize::MAX].map(|steps| Goal { triangles: 1500, pixels: 1.0, steps });
+    let mut before = mesh.triangles();
+    for frame in 0..60 {
+        let refined = mesh.refine_for(&[camera(frame as f32 / 59.0)], few);
+        assert!(refined.splits + refined.collapses <= few.steps);
+        assert!(mesh.triangles() <= few.triangles.max(before));
+        before = mesh.triangles();
+        if frame % 10 == 0 {
+            assert_whole(&mesh.extract(), &source);
+        }
+    }
+    // An eye that stands still has all of it after a while, from a mesh far too fine, too.
+    for start in [0.0, 1.0] {
+        mesh.refine_for(&[camera(start)], Goal { pixels: 0.3, ..Goal::default() });
+        let still = camera(0.5);
+        let rest = (0..1000).map(|_| mesh.refine_for(&[still], few));
+        let last = rest.take_while(|own| own.splits + own.collapses > 0).last().expect("a few");
+        assert!(mesh.triangles() <= few.triangles);
+        let mut other = mesh.clone();
+        let refined = other.refine_for(&[still], many);
+        assert!(refined.pixels <= last.pixels && last.pixels < 1.2 * refined.pixels.max(1.0));
+    }
+}
+
+#[test]
+fn meshes_share_their_triangles_by_what_is_seen() {
+    let source = terrain(60);
+    let mesh = selective(&source, 60);
+    let mut meshes = [mesh.clone(), mesh];
+    let eye = camera(0.0);
+    let far_eye = eye.in_space(&DMat4::from_translation(DVec3::Z * 3.0)).expect("a camera");
+    let goal = Goal { triangles: 1500, ..Goal::default() };
+    let refined = refine_together(&mut meshes, &[vec![eye], vec![far_eye]], goal);
+    let [near, far] = meshes.each_ref().map(SelectiveMesh::triangles);
+    assert!(near + far <= goal.triangles && near + far > 1400, "{near} and {far}");
+    assert!(near > 2 * far, "{near} and {far}");
+    // None has an error left that the other could have made room for.
+    for (mesh, camera) in meshes.iter_mut().zip([eye, far_eye]) {
+        let goal = Goal { pixels: refined.pixels, ..Goal::default() };
+        assert!(mesh.refine_for(&[camera], goal).splits == 0);
+    }
+}
+
+#[test]
 fn all_undone_is_the_source_and_all_done_the_coarsest() {
     let source = terrain(20);
     let mut mesh = selective(&source, 40);
     let coarsest = mesh.extract();
     let camera = camera(0.0);
-    mesh.refine_for(&[camera], Goal { triangles: usize::MAX, pixels: -1.0 });
+    mesh.refine_for(&[camera], Goal { pixels: -1.0, ..Goal::default() });
     assert!(mesh.state() == &source && mesh.triangles() == source.triangles.len());
     let all = (0..source.triangles.len()).map(TriangleId::new);
     assert!(all.clone().all(|own| mesh.is_live(own) && mesh.error_at(own) == 0.0));
-    mesh.refine_for(&[camera], Goal { triangles: 0, pixels: f32::INFINITY });
+    mesh.refine_for(&[camera], Goal { triangles: 0, pixels: f32::INFINITY, ..Goal::default() });
     assert!(mesh.extract() == coarsest);
     // The way there does not matter, but for what stays fine a little longer.
-    let goal = Goal { triangles: usize::MAX, pixels: 3.0 };
+    let goal = Goal { pixels: 3.0, ..Goal::default() };
     mesh.refine_for(&[camera], goal);
     let first = mesh.extract();
     mesh.refine_for(&[camera], goal);
@@ -179,15 +226,10 @@ fn a_terrain_of_half_a_million_triangles() {
     let mut mesh = selective(&source, 1000);
     println!("{} triangles, made ready in {:.1?}", source.triangles.len(), start.elapsed());
     let eye = camera(0.0);
-    let budget = Goal { triangles: 10_000, pixels: 0.0 };
+    let budget = Goal { triangles: 10_000, ..Goal::default() };
     let refined = mesh.refine_for(&[eye], budget);
     let own = mesh.extract();
     assert_whole(&own, &source);
-    let mut thirds = [0; 3];
-    for triangle in 0..own.mesh.triangles.len() {
-        let middle = own.mesh.triangle_positions(triangle).iter().sum::<Vec3>() / 3.0;
-        thirds[((middle.z * 3.0) as usize).min(2)] += 1;
-    }
     let uniform =
         record_chain(&source, &[10_000], &Options::default(), &AtomicUsize::new(0)).unwrap();
     let shares = [&own.mesh, &uniform.levels[0][0].mesh].map(|mesh| {
@@ -197,28 +239,43 @@ fn a_terrain_of_half_a_million_triangles() {
     });
     println!("luminance off by {shares:?}, {:.2} of the uniform level's", shares[0] / shares[1]);
     let seen = seen_error(&source, &own.mesh, &eye);
+    let mut thirds = [0; 3];
+    for triangle in 0..own.mesh.triangles.len() {
+        let middle = own.mesh.triangle_positions(triangle).iter().sum::<Vec3>() / 3.0;
+        thirds[((middle.z * 3.0) as usize).min(2)] += 1;
+    }
     println!("{} triangles by thirds {thirds:?}; {refined:?}, seen {seen}", mesh.triangles());
     assert!(thirds[0] >= 2 * thirds[2]);
     assert!(shares[0] < 0.8 * shares[1]);
     for pixels in [4.0, 2.0, 1.0] {
-        let goal = Goal { triangles: usize::MAX, pixels };
+        let goal = Goal { pixels, ..Goal::default() };
         let refined = mesh.refine_for(&[eye], goal);
         let seen = seen_error(&source, &mesh.extract().mesh, &eye);
         println!("{pixels} pixels: {} triangles, {refined:?}, seen {seen}", mesh.triangles());
     }
-    mesh.refine_for(&[eye], budget);
-    let (mut most, mut sum, mut steps) = (0.0f64, 0.0, 0);
-    for frame in 1..=300 {
-        let start = Instant::now();
-        let refined = mesh.refine_for(&[camera(frame as f32 / 300.0)], budget);
-        let time = start.elapsed().as_secs_f64() * 1e3;
-        (most, sum) = (most.max(time), sum + time);
-        steps += refined.splits + refined.collapses;
-        if frame % 50 == 0 {
-            assert_whole(&mesh.extract(), &source);
+    walk(&source, mesh, budget);
+}
+
+/// Refines for 300 pictures of a walk, three times over: of each the least time, as others may run on the machine.
+fn walk(source: &Mesh, mut mesh: SelectiveMesh, budget: Goal) {
+    let (mut times, mut steps) = (vec![f64::INFINITY; 300], 0);
+    for round in 0..3 {
+        mesh.refine_for(&[camera(0.0)], Goal { pixels: 1e3, ..Goal::default() });
+        mesh.refine_for(&[camera(0.0)], budget);
+        for (frame, least) in times.iter_mut().enumerate() {
+            let start = Instant::now();
+            let refined = mesh.refine_for(&[camera((frame + 1) as f32 / 300.0)], budget);
+            *least = least.min(start.elapsed().as_secs_f64() * 1e3);
+            steps += refined.splits + refined.collapses;
+            if round == 0 && frame % 50 == 0 {
+                assert_whole(&mesh.extract(), source);
+            }
         }
     }
-    println!("300 frames: {:.2} ms, {most:.2} at most; {} steps a frame", sum / 300.0, steps / 300);
+    times.sort_by(f64::total_cmp);
+    let (median, most) = (times[150], times[299]);
+    println!("300 frames: {median:.2} ms, {most:.2} at most; {} steps a frame", steps / 900);
+    assert!(most < 5.0, "{most} ms");
 }
 
 #[test]

@@ -44,6 +44,10 @@ pub(crate) struct RefineArgs {
     /// The error in pixels that is small enough.
     #[arg(long, value_name = "E")]
     pub(crate) pixels: Option<f32>,
+    /// The most splits and collapses for a frame of --path; what is left is done for the next ones, so that
+    /// each takes a time that is bounded.
+    #[arg(long, value_name = "N", requires = "path")]
+    pub(crate) steps: Option<usize>,
     /// Pixels of the picture across.
     #[arg(long, value_name = "N", default_value_t = 1920)]
     pub(crate) width: u32,

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::Result;
 use glam::Vec3;
-use seamwise_attr::{Camera, Goal};
+use seamwise_attr::{Camera, Goal, Refined};
 use serde::{Deserialize, Serialize};
 
 use seamwise::error::Error;
@@ -44,6 +44,7 @@ pub(crate) fn refine(args: &RefineArgs, common: Common) -> Result<usize> {
     let goal = Goal {
         triangles: args.triangles.unwrap_or(usize::MAX),
         pixels: args.pixels.unwrap_or(0.0),
+        steps: args.steps.unwrap_or(usize::MAX),
     };
     let cameras = cameras(args)?;
     let bytes = if is_dash(&args.input) { read_stdin(common)? } else { read(&args.input)? };
@@ -61,8 +62,7 @@ pub(crate) fn refine(args: &RefineArgs, common: Common) -> Result<usize> {
     for camera in &cameras {
         let own = scene.refine_for(camera, goal);
         let eye = camera.eye().to_array();
-        let (triangles, pixels) = (own.triangles, own.pixels);
-        let (splits, collapses) = (own.splits, own.collapses);
+        let (triangles, Refined { pixels, splits, collapses }) = (scene.triangles(), own);
         frames.push(Frame { eye, triangles, pixels, splits, collapses });
     }
     write(args, &scene, &frames)?;

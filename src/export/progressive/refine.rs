@@ -4,7 +4,8 @@ use std::path::Path;
 
 use glam::{DMat4, Vec3};
 use seamwise_attr::{
-    Camera, Goal, Mesh, PointId, ProgressiveMesh, SelectiveMesh, TriangleId, WedgeId,
+    Camera, Goal, Mesh, PointId, ProgressiveMesh, Refined, SelectiveMesh, TriangleId, WedgeId,
+    refine_together,
 };
 
 use super::decode::{Fineness, read_observed};
@@ -31,31 +32,9 @@ pub struct RefinedScene {
     meshes: Vec<SelectiveMesh>,
     /// Per surface: where it is shown.
     worlds: Vec<Vec<DMat4>>,
-    /// The error in pixels at which the number of triangles was found last.
-    pixels: f32,
     /// The reason why it is not as fine as the source, if it is not.
     pub missed: Option<&'static str>,
 }
-
-/// A scene after a refinement.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Refinement {
-    /// Triangles, in meshes each once.
-    pub triangles: usize,
-    /// The largest error in pixels, as it counts: see [`seamwise_attr::Refined`].
-    pub pixels: f32,
-    /// Collapses undone and done since the picture before.
-    pub splits: usize,
-    /// Those done.
-    pub collapses: usize,
-}
-
-/// Steps by which the error is found that gives a number of triangles over several surfaces.
-const SEARCH: usize = 12;
-
-/// The errors in pixels that are tried.
-const SMALLEST: f32 = 1e-4;
-const LARGEST: f32 = 1e7;
 
 impl RefinedScene {
     /// Reads a progressive file, and looks at all of its splits.
@@ -84,7 +63,7 @@ impl RefinedScene {
         let worlds = header.surfaces.iter().map(shown).collect();
         let missed = read.damage.map(told);
         let surfaces = read.surfaces;
-        Ok(Self { header, plain, surfaces, meshes, worlds, pixels: 1.0, missed })
+        Ok(Self { header, plain, surfaces, meshes, worlds, missed })
     }
 
     /// Triangles of the source.
@@ -92,47 +71,18 @@ impl RefinedScene {
         self.meshes.iter().map(SelectiveMesh::source_triangles).sum()
     }
 
-    /// Refines for a camera in the world. A number of triangles counts for all surfaces together.
-    pub fn refine_for(&mut self, camera: &Camera, goal: Goal) -> Refinement {
-        let cameras: Vec<Vec<Camera>> = self
-            .worlds
-            .iter()
-            .map(|worlds| worlds.iter().filter_map(|world| camera.in_space(world)).collect())
-            .collect();
-        let mut all = Refinement { triangles: 0, pixels: 0.0, splits: 0, collapses: 0 };
-        if self.meshes.len() == 1 || goal.triangles == usize::MAX {
-            self.refine(&cameras, goal, &mut all);
-            return all;
-        }
-        let at = |pixels: f32| Goal { triangles: usize::MAX, pixels };
-        let (mut low, mut high) = (self.pixels, self.pixels);
-        let mut fits = |own: &mut Self, pixels: f32| {
-            own.refine(&cameras, at(pixels), &mut all) <= goal.triangles
-        };
-        while high < LARGEST && !fits(self, high) {
-            (low, high) = (high, high * 4.0);
-        }
-        while low > SMALLEST.max(goal.pixels) && fits(self, low) {
-            (low, high) = (low / 4.0, low);
-        }
-        for _ in 0..SEARCH {
-            let middle = (low * high).sqrt();
-            if fits(self, middle) { high = middle } else { low = middle }
-        }
-        self.pixels = high.max(goal.pixels);
-        self.refine(&cameras, at(self.pixels), &mut all);
-        all
+    /// Triangles now, in meshes each once.
+    pub fn triangles(&self) -> usize {
+        self.meshes.iter().map(SelectiveMesh::triangles).sum()
     }
 
-    fn refine(&mut self, cameras: &[Vec<Camera>], goal: Goal, all: &mut Refinement) -> usize {
-        (all.triangles, all.pixels) = (0, 0.0);
-        for (mesh, cameras) in self.meshes.iter_mut().zip(cameras) {
-            let own = mesh.refine_for(cameras, goal);
-            all.triangles += mesh.triangles();
-            all.pixels = all.pixels.max(own.pixels);
-            (all.splits, all.collapses) = (all.splits + own.splits, all.collapses + own.collapses);
-        }
-        all.triangles
+    /// Refines for a camera in the world. What the goal counts, it counts for all surfaces together.
+    pub fn refine_for(&mut self, camera: &Camera, goal: Goal) -> Refined {
+        let in_spaces = |worlds: &Vec<DMat4>| {
+            worlds.iter().filter_map(|world| camera.in_space(world)).collect()
+        };
+        let cameras: Vec<Vec<Camera>> = self.worlds.iter().map(in_spaces).collect();
+        refine_together(&mut self.meshes, &cameras, goal)
     }
 
     /// The scene as it is now, as a document.

@@ -24,7 +24,7 @@ use crate::progressive::mesh::{Extracted, ProgressiveMesh};
 /// let recorded = record_chain(&hills, &[100], &Options::default(), &AtomicUsize::new(0))?;
 /// let mut mesh = SelectiveMesh::new(recorded.scene.meshes()[0].clone());
 /// let camera = Camera::new(Vec3::new(0.0, 3.0, -1.0), Vec3::new(9.0, 0.0, 9.0), 0.8, [1280, 720])?;
-/// let refined = mesh.refine_for(&[camera], Goal { triangles: 300, pixels: 0.0 });
+/// let refined = mesh.refine_for(&[camera], Goal { triangles: 300, ..Goal::default() });
 /// assert!(mesh.triangles() <= 300 && refined.pixels > 0.0);
 /// # Ok::<(), seamwise_attr::Error>(())
 /// ```
