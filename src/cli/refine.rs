@@ -17,8 +17,8 @@ Examples:
   seamwise refine out/hills_progressive.glb --eye 0,2,0 --target 50,0,50 --triangles 10000 -o seen.glb
   seamwise refine out/hills_progressive.glb --path walk.json --pixels 1
 
-An error counts as it is seen: twice on silhouettes, a tenth where a surface faces away or lies outside of the \
-picture.")]
+An error counts as it is seen: by what of it lies across the view, and a tenth where a surface faces away or lies \
+outside of the picture.")]
 pub(crate) struct RefineArgs {
     /// A progressive file: <stem>_progressive.glb of `bake --progressive`, or - for standard input.
     pub(crate) input: PathBuf,

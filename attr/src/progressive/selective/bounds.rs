@@ -4,13 +4,16 @@
 //! The error of a collapse is how far the points of the triangles that it leaves are off from these. Since a
 //! triangle is always one of the simplification's, with the same points, that is a bound for every state.
 //!
-//! Shading is off by √(∑ Aᵢ |nᵢ − n|²) over these points: Aᵢ a third of the area of the triangles around a point of
-//! the source, nᵢ its unit normal by area, and n that of the triangle it belongs to. It has the unit of a length,
-//! and is a sum over samples, no bound.
+//! Of an error only what lies across the view is seen. The ways from points to their triangles follow the normals,
+//! more or less: the parts along the axis of these and across it are kept apart (Hoppe 1997: the deviation space of
+//! a uniform and a directional part).
+//!
+//! [`Shading`] is how far unit normals are off, and where they face: over the same points, a sum and no bound.
 
 use glam::{DVec3, Vec3};
 
 use super::forest::{Touch, points_of};
+use super::shading::Shading;
 use crate::progressive::mesh::ProgressiveMesh;
 use crate::triangle::{area_vector, closest_on_triangle};
 
@@ -19,15 +22,55 @@ use crate::triangle::{area_vector, closest_on_triangle};
 pub(crate) struct Bounds {
     /// Largest distance of a point of the source from the triangles left.
     pub(crate) error: f32,
-    /// Root of the integral, over what the triangles left stand for of the source, of the squared distance of
-    /// unit normals: a length, as the error is.
-    pub(crate) shading: f32,
+    /// The parts of these distances along the axis below, and across it.
+    pub(crate) along: f32,
+    pub(crate) across: f32,
+    pub(crate) shading: Shading,
     /// A sphere around all of them.
     pub(crate) center: Vec3,
     pub(crate) radius: f32,
-    /// A cone around their normals and those of the source's points: its axis, and its half angle in radians.
+    /// A cone around their normals and those of the source's points: its axis, and the cosine and the sine of its
+    /// half angle.
     pub(crate) axis: Vec3,
-    pub(crate) angle: f32,
+    pub(crate) cosine: f32,
+    pub(crate) sine: f32,
+}
+
+impl Bounds {
+    /// Takes the ways from points of the source to the triangles left.
+    fn measure(&mut self, ways: &[DVec3]) {
+        let axis = self.axis.as_dvec3();
+        for way in ways {
+            let along = way.dot(axis);
+            self.error = self.error.max(way.length() as f32);
+            self.along = self.along.max(along.abs() as f32);
+            self.across = self.across.max((way - along * axis).length() as f32);
+        }
+    }
+
+    /// The largest part of an error that lies across a way of the view, whose angle with the axis has this cosine,
+    /// or across one that makes an angle of at most this sine with that.
+    pub(super) fn across_view(&self, facing: f32, spread: f32) -> f32 {
+        let sine = (sine_of(facing) + spread).min(1.0);
+        self.error.min(self.along * sine + self.across)
+    }
+
+    /// Whether all of it faces away from an eye that looks along such ways.
+    pub(super) fn faces_away(&self, facing: f32, spread: f32) -> bool {
+        let straight = sine_of(spread);
+        let slack = cosine_of_sum([self.cosine, self.sine], [straight, spread]);
+        slack > 0.0 && facing > self.sine * straight + self.cosine * spread
+    }
+}
+
+/// The sine of an angle up to two right ones by its cosine, or the other way round.
+pub(super) fn sine_of(cosine: f32) -> f32 {
+    (1.0 - cosine * cosine).max(0.0).sqrt()
+}
+
+/// The cosine of the sum of two angles of which these are cosines and sines.
+pub(super) fn cosine_of_sum(a: [f32; 2], b: [f32; 2]) -> f32 {
+    a[0] * b[0] - a[1] * b[1]
 }
 
 /// A triangle that a collapse leaves.
@@ -117,38 +160,42 @@ impl Samples {
             .map(|touch| Left::of(mesh, touch.triangle.index()))
             .collect();
         let own = std::mem::take(&mut self.own);
-        let (mut square, mut shading) = (0.0f64, 0.0f32);
+        let mut bounds = Bounds::default();
+        let mut ways = Vec::with_capacity(own.len());
         for &sample in &own {
             let position = self.positions[sample as usize].as_dvec3();
-            let off = |own: &Left| closest_on_triangle(position, &own.corners).2;
+            let off = |own: &Left| closest_on_triangle(position, &own.corners);
             let all = left.iter().map(|own| (own, off(own)));
-            if let Some((nearest, off)) = all.min_by(|a, b| a.1.total_cmp(&b.1)) {
-                square = square.max(off);
-                let turn = self.normals[sample as usize].distance_squared(nearest.normal);
-                shading += self.areas[sample as usize] * turn;
+            if let Some((nearest, (_, foot, _))) = all.min_by(|a, b| a.1.2.total_cmp(&b.1.2)) {
+                ways.push(foot - position);
+                let normal = self.normals[sample as usize];
+                bounds.shading.add(self.areas[sample as usize], normal, nearest.normal);
                 self.put(sample, nearest.triangle);
             }
         }
-        let bounds = self.bounds_of(mesh, touches, (&own, &left), square.sqrt());
-        self.bounds.push(Bounds { shading: shading.sqrt(), ..bounds });
+        self.enclose(mesh, touches, (&own, &left), &mut bounds);
+        bounds.measure(&ways);
+        self.bounds.push(bounds);
         self.own = own;
     }
 
-    fn bounds_of(
+    /// Finds the sphere and the cone around what a collapse leaves, and takes for its error that of what leaves
+    /// nothing.
+    fn enclose(
         &self,
         mesh: &ProgressiveMesh,
         touches: &[Touch],
         (samples, left): (&[u32], &[Left]),
-        error: f64,
-    ) -> Bounds {
+        out: &mut Bounds,
+    ) {
         let samples = samples.iter().map(|&sample| sample as usize);
         let points = points_of(mesh, touches).into_iter().map(|own| mesh.state().positions[own]);
         let places: Vec<Vec3> =
             points.chain(samples.clone().map(|sample| self.positions[sample])).collect();
         let low = places.iter().copied().reduce(Vec3::min).unwrap_or_default();
         let high = places.iter().copied().reduce(Vec3::max).unwrap_or_default();
-        let center = 0.5 * (low + high);
-        let radius = places.iter().map(|place| place.distance(center)).fold(0.0, f32::max);
+        out.center = 0.5 * (low + high);
+        out.radius = places.iter().map(|place| place.distance(out.center)).fold(0.0, f32::max);
         let normals: Vec<Vec3> = left
             .iter()
             .map(|own| own.normal)
@@ -156,11 +203,14 @@ impl Samples {
             .filter(|normal| *normal != Vec3::ZERO)
             .collect();
         let sum: DVec3 = normals.iter().map(|normal| normal.as_dvec3()).sum();
-        let axis = sum.normalize_or(DVec3::Z).as_vec3();
-        let least = normals.iter().map(|normal| normal.dot(axis)).fold(1.0, f32::min);
-        // What goes as a whole is off by all of itself.
-        let error = if left.is_empty() { error.max(2.0 * f64::from(radius)) } else { error };
-        let angle = least.clamp(-1.0, 1.0).acos();
-        Bounds { error: error as f32, shading: 0.0, center, radius, axis, angle }
+        out.axis = sum.normalize_or(DVec3::Z).as_vec3();
+        let least = normals.iter().map(|normal| normal.dot(out.axis)).fold(1.0, f32::min);
+        out.cosine = least.max(-1.0);
+        out.sine = sine_of(out.cosine);
+        if left.is_empty() {
+            // What goes as a whole is off by all of itself.
+            out.across = 2.0 * out.radius;
+            out.error = out.across;
+        }
     }
 }

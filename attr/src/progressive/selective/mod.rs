@@ -12,3 +12,4 @@ pub(crate) mod forest;
 pub(crate) mod front;
 pub(crate) mod mesh;
 pub(crate) mod refine;
+pub(crate) mod shading;

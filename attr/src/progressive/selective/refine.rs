@@ -17,7 +17,7 @@ pub struct Goal {
     /// Most triangles, of all meshes together.
     pub triangles: usize,
     /// The error in pixels that is small enough: of the shape, and of shading, of which a patch that is off by a
-    /// half of the light counts as a quarter of its width.
+    /// half of the light counts as a fifth of its width.
     pub pixels: f32,
     /// Most collapses that are done and undone. Where that is too few, the largest errors are dealt with first, and
     /// the next refinement goes on with what is left: the meshes are sound, [`Refined::pixels`] tells how far off
@@ -36,7 +36,7 @@ impl Default for Goal {
 /// Meshes after a refinement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Refined {
-    /// The largest error of a triangle in pixels, as it counts: twice on silhouettes, a tenth where it is not seen.
+    /// The largest error of a triangle in pixels, as it counts: a tenth where it is not seen.
     pub pixels: f32,
     /// Collapses that were undone.
     pub splits: usize,
