@@ -13,8 +13,6 @@ use crate::document::accessor::{Elements, Named};
 /// with one number more than there are. A wedge that is not there is `u32::MAX`.
 #[derive(Clone, Debug)]
 pub(crate) struct PartTimeline {
-    pub(crate) mesh: usize,
-    pub(crate) primitive: usize,
     /// Per triangle, in their order: the time it comes.
     pub(crate) births: Elements,
     /// The wedges of corners, with the times from which on they are theirs.
@@ -71,8 +69,6 @@ impl Lines {
         let [attributes, ends] =
             [&self.values, &self.ends].map(|from| self.attributes(&chosen, from, part, header));
         PartTimeline {
-            mesh: part.mesh,
-            primitive: part.primitive,
             births: numbers(births),
             wedges: numbers(corner_wedges),
             corners,

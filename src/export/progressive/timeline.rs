@@ -5,6 +5,8 @@
 //! other, and a wedge has one value after the other. So a level is found by looking up each corner alone, in any
 //! order; and a triangle of a finer level is followed to a coarser one by the wedges that its own came from.
 
+use std::collections::BTreeMap;
+
 use super::decode::{Fineness, read_observed};
 use super::extract::{Container, told};
 use super::format::EXTENSION;
@@ -20,8 +22,8 @@ pub struct Timeline {
     pub triangles: Vec<u32>,
     /// Triangles of the source on its surfaces.
     pub source: u64,
-    /// The primitives of the document that the surfaces are of.
-    pub(crate) parts: Vec<PartTimeline>,
+    /// The primitives of the document that the surfaces are of, by their meshes and numbers.
+    parts: BTreeMap<[usize; 2], PartTimeline>,
     /// The reason why it does not go up to the source, if it does not.
     pub missed: Option<&'static str>,
 }
@@ -39,8 +41,9 @@ impl Timeline {
             .map_err(|damage| Error::invalid(format!("/extensions/{EXTENSION}"), told(damage)))?;
         let all = header.surfaces.iter().zip(&read.surfaces).zip(&history.surfaces);
         let parts = all.flat_map(|((header, surface), lines)| {
-            let group = move |(group, part)| lines.part(group as u32, part, (header, surface));
-            header.parts.iter().enumerate().map(group)
+            (0..).zip(&header.parts).map(move |(group, part)| {
+                ([part.mesh, part.primitive], lines.part(group, part, (header, surface)))
+            })
         });
         let (parts, missed) = (parts.collect(), read.damage.map(told));
         Ok(Self { triangles: history.triangles, source: header.triangles[1], parts, missed })
@@ -52,8 +55,8 @@ impl Timeline {
     }
 
     /// The part that a primitive is.
-    pub(crate) fn part(&self, [mesh, primitive]: [usize; 2]) -> Option<&PartTimeline> {
-        self.parts.iter().find(|own| [own.mesh, own.primitive] == [mesh, primitive])
+    pub(crate) fn part(&self, primitive: [usize; 2]) -> Option<&PartTimeline> {
+        self.parts.get(&primitive)
     }
 }
 
@@ -114,10 +117,11 @@ mod tests {
             let read = read_splits(&header, blocks, wanted, 1 << 28).unwrap();
             // Of splits that bring no triangle all are done.
             let time = read.splits as u32;
-            let all = read.surfaces.iter().zip(&header.surfaces);
-            let expected = all.flat_map(|(own, header)| parts(&own.shown(), header, &[]));
-            for (part, expected) in timeline.parts.iter().zip(expected) {
-                compare(part, &expected, time);
+            for (own, header) in read.surfaces.iter().zip(&header.surfaces) {
+                for (part, expected) in header.parts.iter().zip(parts(&own.shown(), header, &[])) {
+                    let part = timeline.part([part.mesh, part.primitive]).unwrap();
+                    compare(part, &expected, time);
+                }
             }
         }
     }
@@ -125,7 +129,7 @@ mod tests {
     #[test]
     fn what_comes_later_comes_from_what_was_there() {
         let timeline = Timeline::read(&sample(), Fineness::Source, ReadOptions::default()).unwrap();
-        let part = &timeline.parts[0];
+        let part = timeline.parts.values().next().unwrap();
         let [parents, places] = [&part.parents, &part.places].map(words);
         let (starts, times) = (words(&part.values.starts), words(&part.values.times));
         let birth = |wedge: usize| times[starts[wedge] as usize];
