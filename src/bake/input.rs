@@ -6,6 +6,7 @@ use super::options::BakeOptions;
 use crate::document::asset::Asset;
 use crate::error::Result;
 use crate::export::disk::refuse_overwriting;
+use crate::export::needle::drop_files_beside;
 use crate::import;
 use crate::import::options::{ReadOptions, folder_of};
 use crate::warning::Warnings;
@@ -88,10 +89,13 @@ impl Input<'_> {
     }
 
     pub(super) fn read(&self, options: ReadOptions) -> Result<Asset> {
-        match self {
+        let mut asset = match self {
             Self::File(path) | Self::FileAs(path, _) => import::read_with(path, options),
             Self::Bytes(bytes, _) => import::read_bytes_with(bytes, Path::new(""), options),
-        }
+        }?;
+        drop_files_beside(&mut asset);
+        asset.warnings.refuse_if(options.strict)?;
+        Ok(asset)
     }
 }
 

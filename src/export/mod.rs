@@ -8,6 +8,6 @@ pub mod files;
 pub mod glb;
 mod lod_nodes;
 mod materials;
-mod needle;
+pub(crate) mod needle;
 pub mod progressive;
 mod vertex_pool;

@@ -8,6 +8,7 @@ use seamwise::document::asset::Asset;
 use seamwise::document::primitive::Primitive;
 use seamwise::export::files::{Format, Geomorph, Layout, OutputOptions};
 use seamwise::image_file::codec::decode;
+use seamwise::import::options::ReadOptions;
 use seamwise::import::read_bytes;
 use seamwise::limit::MemoryLimit;
 use seamwise::{BakeOptions, bake_bytes};
@@ -134,6 +135,26 @@ fn textures_are_small_inside_and_whole_beside() {
     let small = assets::textured(&shapes::sphere(24, 12), &assets::picture(128)).glb();
     let files = documents("ball", &small, &needle(unmeasured()));
     assert!(files["ball.glb"].json["textures"][0].get("extensions").is_none());
+}
+
+#[test]
+fn a_file_that_is_baked_again_names_no_files_of_before() {
+    let bytes = assets::textured(&shapes::sphere(48, 24), &assets::picture(600)).glb();
+    let before = bake_bytes(&bytes, "before", &needle(unmeasured())).expect("a bake");
+    let main = before.files.iter().find(|file| file.name == "before.glb").expect("the main file");
+    let plain = BakeOptions { output: OutputOptions::default(), ..needle(unmeasured()) };
+    for options in [needle(unmeasured()), plain] {
+        let after = bake_bytes(&main.bytes, "after", &options).expect("a bake");
+        for file in &after.files {
+            let text = String::from_utf8_lossy(&file.bytes);
+            assert!(!text.contains("before_needle"), "{}", file.name);
+        }
+        let warning = after.report.warnings.iter().find(|own| own.at.ends_with(NAME));
+        assert_eq!(warning.expect("a warning").times, 2, "a mesh and a texture");
+    }
+    let options = ReadOptions { strict: true, ..needle(unmeasured()).reading };
+    let strict = BakeOptions { reading: options, ..needle(unmeasured()) };
+    assert!(bake_bytes(&main.bytes, "after", &strict).is_err());
 }
 
 #[test]

@@ -17,10 +17,12 @@ mod meshes;
 mod sources;
 mod textures;
 
+use serde_json::Value;
+
 use super::document::{add_geometry, with_geometry};
 use crate::document::asset::Asset;
 use crate::document::edit::Packer;
-use crate::document::extensions::{drop_unused_extension, name_extension};
+use crate::document::extensions::{drop_unused_extension, name_extension, remove_extension};
 use crate::document::known_extensions::lost_with_geometry;
 use crate::document::primitive::Primitive;
 use crate::document::references::replaced_accessors;
@@ -64,4 +66,48 @@ pub(super) fn needle_documents(sources: &Sources<'_>) -> Result<(Asset, Vec<(Str
     name_extension(packer.json(), NAME);
     drop_unused_extension(packer.json(), NAME);
     Ok((packer.finish(), beside.documents))
+}
+
+/// Takes from a source what it says of files beside it: they are of its own levels, and not beside the levels that
+/// are made of it.
+pub(crate) fn drop_files_beside(asset: &mut Asset) {
+    for list in ["meshes", "textures"] {
+        let objects = asset.json.get_mut(list).and_then(Value::as_array_mut);
+        for (index, object) in objects.into_iter().flatten().enumerate() {
+            let has_files = object.get("extensions").is_some_and(|own| own.get(NAME).is_some());
+            if has_files && remove_extension(object, NAME).is_some() {
+                let what = "finer levels in files beside it are not read, and are left out of what is made of it: \
+                            bake what these were made of";
+                asset.warnings.add(format_args!("/{list}/{index}/extensions/{NAME}"), what);
+            }
+        }
+    }
+    drop_unused_extension(&mut asset.json, NAME);
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn what_a_source_says_of_files_beside_it_is_left_out_with_a_warning() {
+        let own =
+            json!({NAME: {"guid": "1", "lods": [{"path": "old_needle/mesh_0_0.glb"}]}, "A": {}});
+        let json = json!({
+            "meshes": [{"primitives": []}, {"primitives": [], "extensions": own}],
+            "textures": [{"extensions": {NAME: {}}}],
+            "extensionsUsed": ["A", NAME], "extensionsRequired": [NAME],
+        });
+        let mut asset = Asset { json, ..Asset::default() };
+        drop_files_beside(&mut asset);
+        let left = json!({
+            "meshes": [{"primitives": []}, {"primitives": [], "extensions": {"A": {}}}],
+            "textures": [{}], "extensionsUsed": ["A"],
+        });
+        assert_eq!(asset.json, left);
+        let warning = asset.warnings.iter().next().expect("a warning");
+        assert_eq!((warning.times, &*warning.at), (2, "/meshes/1/extensions/NEEDLE_progressive"));
+    }
 }
