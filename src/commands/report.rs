@@ -29,10 +29,10 @@ pub(super) fn write_page(reports: &[PathBuf], output: &Path) -> Result<()> {
         let json = std::fs::read(path).map_err(named)?;
         let page = path.with_extension("html");
         let link = page.is_file().then(|| link(folder, &page));
-        Model::new(&json, link).map_err(|error| error.in_file(path))
+        Model::new(&json, path, link).map_err(|error| error.in_file(path))
     };
     let models = reports.iter().map(model).collect::<seamwise::error::Result<Vec<_>>>()?;
-    Ok(write_files(&[(output.to_owned(), several_page(&models)?.into_bytes())])?)
+    Ok(write_files(&[(output.to_owned(), several_page(models)?.into_bytes())])?)
 }
 
 /// A link from a folder to a file: relative where both are below one.

@@ -103,14 +103,25 @@ pub(super) fn file_name(path: &str) -> String {
         .map_or_else(|| path.to_owned(), |name| name.to_string_lossy().into_owned())
 }
 
-/// The files without their folders, unless two of them would be called the same.
+/// Each file by the shortest end of its path that no other one has: its name, or as many of its folders with it as
+/// it takes. Files that are the same are called the same.
 pub fn short_names(files: &[&str]) -> Vec<String> {
-    let names: Vec<String> = files.iter().map(|file| file_name(file)).collect();
-    let is_twice = |name: &String| names.iter().filter(|other| *other == name).count() > 1;
-    let of = |(name, file): (&String, &&str)| {
-        if is_twice(name) { (*file).to_owned() } else { name.clone() }
+    let parts: Vec<Vec<&str>> =
+        files.iter().map(|file| file.rsplit(std::path::is_separator).collect()).collect();
+    // Paths from their ends: those with the longest common start with one stand beside it in order.
+    let mut sorted: Vec<&Vec<&str>> = parts.iter().collect();
+    sorted.sort_unstable();
+    sorted.dedup();
+    let common = |a: &[&str], b: &[&str]| a.iter().zip(b).take_while(|(a, b)| a == b).count();
+    let name = |own: &Vec<&str>| {
+        let at = sorted.partition_point(|other| *other < own);
+        let beside = [at.checked_sub(1).map(|at| sorted[at]), sorted.get(at + 1).copied()];
+        let most = beside.into_iter().flatten().map(|other| common(own, other)).max().unwrap_or(0);
+        let mut end = own[..own.len().min(most + 1)].to_vec();
+        end.reverse();
+        end.join("/")
     };
-    names.iter().zip(files).map(of).collect()
+    parts.iter().map(name).collect()
 }
 
 #[cfg(test)]
@@ -130,6 +141,9 @@ mod tests {
     fn files_go_by_their_names_where_those_differ() {
         let names = short_names(&["a/x.glb", "b/x.glb", "b/y.glb"]);
         assert_eq!(names, ["a/x.glb", "b/x.glb", "y.glb"]);
+        let names = short_names(&["/in/a/lod/x.glb", "/in/b/lod/x.glb", "lod/x.glb", "x.glb"]);
+        assert_eq!(names, ["a/lod/x.glb", "b/lod/x.glb", "lod/x.glb", "x.glb"]);
+        assert_eq!(short_names(&["a/x.glb", "a/x.glb"]), ["x.glb", "x.glb"]);
     }
 
     #[test]

@@ -3,11 +3,14 @@
 //!
 //! Models are read from the reports of their bakes, so that any number of runs can be put together later.
 
+use std::collections::BTreeMap;
+use std::path::Path;
+
 use askama::Template;
 use serde_json::Value;
 
 use super::chart::{COLORS, Chart, DASHES, Point, Series};
-use super::figures::file_name;
+use super::figures::short_names;
 use super::frame::{CHARTS, Frame};
 use super::ticks::grouped;
 use crate::error::{Error, Result};
@@ -15,10 +18,12 @@ use crate::error::{Error, Result};
 /// A bake of a model, by its report.
 #[derive(Clone, Debug)]
 pub struct Model {
-    /// Its name.
-    pub name: String,
+    /// Its name on the page.
+    name: String,
+    /// The path of its source, and that of its report.
+    files: [String; 2],
     /// Where its own page is, as a link; none if it has none.
-    pub page: Option<String>,
+    page: Option<String>,
     report: Value,
 }
 
@@ -59,11 +64,12 @@ struct Cell {
 }
 
 impl Model {
-    /// A model by the JSON of its bake, whose page is where `page` says.
+    /// A model by the JSON of its bake, which is in the file `report`, and whose page is where `page` says.
     ///
     /// # Errors
     /// [`Error::Invalid`] if it is not the report of a bake.
-    pub fn new(json: &[u8], page: Option<String>) -> Result<Self> {
+    pub fn new(json: &[u8], report: &Path, page: Option<String>) -> Result<Self> {
+        let path = report.to_string_lossy().into_owned();
         let wrong = || {
             let what = "it is not the report of a bake: that is the <stem>.json beside its levels";
             Error::invalid("/", what)
@@ -71,7 +77,7 @@ impl Model {
         let report: Value = serde_json::from_slice(json).map_err(|_| wrong())?;
         let is_report = report["levels"].is_array() && report["input"]["triangles"].is_u64();
         let file = report["input"]["file"].as_str().filter(|_| is_report).ok_or_else(wrong)?;
-        Ok(Self { name: file_name(file), page, report })
+        Ok(Self { name: String::new(), files: [file.to_owned(), path], page, report })
     }
 
     fn levels(&self) -> &[Value] {
@@ -146,11 +152,26 @@ fn count(value: &Value) -> usize {
     value.as_u64().and_then(|own| usize::try_from(own).ok()).unwrap_or(0)
 }
 
+/// Names models by their sources; several of one source by their reports, too.
+fn name_models(models: &mut [Model]) {
+    let [sources, reports] = [0, 1].map(|at| {
+        let files: Vec<&str> = models.iter().map(|own| own.files[at].as_str()).collect();
+        short_names(&files)
+    });
+    let mut counts = BTreeMap::<&str, usize>::new();
+    sources.iter().for_each(|source| *counts.entry(source).or_default() += 1);
+    for ((model, source), report) in models.iter_mut().zip(&sources).zip(&reports) {
+        let is_only = counts[source.as_str()] == 1;
+        model.name = if is_only { source.clone() } else { format!("{source} ({report})") };
+    }
+}
+
 /// The page of several models.
 ///
 /// # Errors
 /// [`Error::Internal`] if the template fails.
-pub fn several_page(models: &[Model]) -> Result<String> {
+pub fn several_page(mut models: Vec<Model>) -> Result<String> {
+    name_models(&mut models);
     let lines = |points: &dyn Fn(&Model) -> Vec<Point>| -> Vec<Series> {
         models
             .iter()
@@ -199,22 +220,26 @@ mod tests {
     use super::*;
 
     fn model(name: &str, threads: bool) -> Model {
+        model_of(&format!("in/{name}"), &format!("out/{name}.json"), threads)
+    }
+
+    fn model_of(file: &str, json: &str, threads: bool) -> Model {
         let metrics = json!({"rms_luminance_srgb": 0.01, "distance_rms": 2e-4, "color_rms": 0.02,
             "volume_ratio": null});
         let spread = json!({"mean": 2.5, "deviation": 0.25});
         let times = json!([{"threads": 1, "total": spread}, {"threads": 2, "total": spread}]);
         let report = json!({
-            "input": {"file": format!("in/{name}"), "triangles": 4000},
+            "input": {"file": file, "triangles": 4000},
             "levels": [{"triangles": 2000, "metrics": metrics}, {"triangles": 1000, "metrics": metrics}],
             "seconds": {"read": 1.0, "simplify": 2.0, "evaluate": 50.0},
             "threads": if threads { times } else { json!([]) },
         });
-        Model::new(report.to_string().as_bytes(), Some("a b.html".into())).unwrap()
+        Model::new(report.to_string().as_bytes(), Path::new(json), Some("a b.html".into())).unwrap()
     }
 
     #[test]
     fn every_model_has_a_curve_in_each_plot_a_row_for_each_level_and_a_link() {
-        let page = several_page(&[model("a.glb", true), model("<b>.glb", true)]).unwrap();
+        let page = several_page(vec![model("a.glb", true), model("<b>.glb", true)]).unwrap();
         assert!(!page.contains("<b>.glb"), "escaped");
         let titles = ["RMS luminance", "Geometric error", "Color error", "Execution time"];
         for title in titles {
@@ -232,8 +257,25 @@ mod tests {
 
     #[test]
     fn without_threads_time_is_that_of_the_stages_that_make_levels() {
-        let page = several_page(&[model("a.glb", false)]).unwrap();
+        let page = several_page(vec![model("a.glb", false)]).unwrap();
         assert!(page.contains("4,000 triangles, 3.00"), "{page}");
-        assert!(Model::new(b"{}", None).is_err() && Model::new(b"x", None).is_err());
+        let new = |json: &[u8]| Model::new(json, Path::new("a.json"), None);
+        assert!(new(b"{}").is_err() && new(b"x").is_err());
+    }
+
+    #[test]
+    fn models_of_one_name_are_told_apart_by_their_folders_and_of_one_source_by_their_reports() {
+        let model = |[file, json]: [&str; 2]| model_of(file, json, false);
+        let files = [
+            ["in/new/a.glb", "x/a.json"],
+            ["in/old/a.glb", "y/a.json"],
+            ["in/old/a.glb", "z/a.json"],
+            ["in/b.glb", "x/b.json"],
+        ];
+        let page = several_page(files.map(model).into()).unwrap();
+        for name in ["new/a.glb", "old/a.glb (y/a.json)", "old/a.glb (z/a.json)", "b.glb"] {
+            assert!(page.contains(&format!(">{name}</li>")), "{name}");
+            assert_eq!(page.matches(&format!("<title>{name}:")).count(), 7, "{name} in {page}");
+        }
     }
 }
