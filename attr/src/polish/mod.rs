@@ -10,7 +10,8 @@
 //! ```
 //!
 //! over samples s of the source, with the nearest point of the level at barycentrics b, and the
-//! other way round, each as many times as its place counts (`Options::importance`). n is the normal of the face that was found, so a sample may slide along it.
+//! other way round, each as many times as its place counts (`Options::importance`). n is the normal of the face that was found, so a sample may slide along it. Edges of the level are sampled as well, for positions:
+//! they are its outline.
 //!
 //! Samples far beyond the mean distance have lost their counterpart and take no part.
 //!
@@ -26,6 +27,7 @@ pub(crate) mod influences;
 mod pairs;
 mod positions;
 mod sheet;
+mod silhouettes;
 mod system;
 #[cfg(test)]
 mod tests;
@@ -137,7 +139,7 @@ impl Polish {
             pairs = pairs.follow(source, &Sheet::new(level, Arc::clone(&fans)));
         }
         let damping = self.attribute_damping;
-        attributes::fit(source, level, &pairs.all, guards.locked, damping);
+        attributes::fit(source, level, pairs.of_faces(), guards.locked, damping);
     }
 
     pub(crate) fn check(&self) -> Result<()> {

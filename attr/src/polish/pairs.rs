@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::fans::{Fans, NONE};
 use super::sheet::{Sheet, SurfacePoint};
+use super::silhouettes;
 use crate::id::{PointId, TriangleId};
 use crate::mesh::Mesh;
 use crate::sample::Samples;
@@ -57,22 +58,19 @@ impl<'a> Source<'a> {
         self.surface.get_or_init(|| self.sheet.surface())
     }
 
-    /// How many times a pair counts: the importance of its place on the source.
+    /// How many times a pair counts: its weight, times the importance of its place on the source.
     #[inline]
     pub(super) fn weight(&self, pair: &Pair) -> f64 {
         if self.importance.is_empty() {
-            return 1.0;
+            return f64::from(pair.weight);
         }
         let points = self.sheet.fans.triangles[pair.source.triangle.index()];
         let weights = points.map(|point| f64::from(self.importance[point as usize]));
-        pair.source.barycentrics().dot(DVec3::from_array(weights))
+        f64::from(pair.weight) * pair.source.barycentrics().dot(DVec3::from_array(weights))
     }
 
     /// That of all of them.
     pub(super) fn total_weight(&self, pairs: &[Pair]) -> f64 {
-        if self.importance.is_empty() {
-            return pairs.len() as f64;
-        }
         pairs.iter().map(|pair| self.weight(pair)).sum()
     }
 }
@@ -82,14 +80,18 @@ impl<'a> Source<'a> {
 pub(super) struct Pair {
     pub(super) source: SurfacePoint,
     pub(super) level: SurfacePoint,
+    /// How many samples of triangles it counts for.
+    pub(super) weight: f32,
 }
 
 /// Samples of both surfaces, each with the nearest point of the other on the same side.
 pub(super) struct Pairs {
-    /// The pairs of samples of the source, then the pairs of samples of the level.
+    /// The pairs of samples of the source, then those of triangles of the level, then those of its edges.
     pub(super) all: Vec<Pair>,
     /// Number of pairs of samples of the source.
     pub(super) there: usize,
+    /// Number of pairs of samples of triangles, of either surface.
+    faces: usize,
 }
 
 impl Pairs {
@@ -105,14 +107,18 @@ impl Pairs {
         let mut all = samples(&source.sheet, count, |source_point| Pair {
             source: source_point,
             level: walk(level, &source.sheet, &source_point, |p| nearest[p as usize]),
+            weight: 1.0,
         });
         let there = all.len();
         drop(nearest);
-        all.extend(samples(level, count, |level_point| Pair {
-            source: walk(&source.sheet, level, &level_point, |p| point_sources[p as usize].0),
-            level: level_point,
-        }));
-        let mut pairs = Self { all, there };
+        let meet = |point: SurfacePoint, weight: f32| {
+            let found = walk(&source.sheet, level, &point, |p| point_sources[p as usize].0);
+            Pair { source: found, level: point, weight }
+        };
+        all.extend(samples(level, count, |level_point| meet(level_point, 1.0)));
+        let faces = all.len();
+        all.extend(silhouettes::samples(level, count, meet));
+        let mut pairs = Self { all, there, faces };
         let apart = pairs.find_lost(source, level);
         pairs.without_far(&apart);
         pairs
@@ -160,11 +166,17 @@ impl Pairs {
         apart
     }
 
+    /// Those of samples of triangles, of either surface.
+    pub(super) fn of_faces(&self) -> &[Pair] {
+        &self.all[..self.faces]
+    }
+
     /// Leaves out what is farther apart than `MAX_SPACINGS` times the mean.
     fn without_far(&mut self, apart: &[f32]) {
         let most = MAX_SPACINGS * mean(apart);
         let is_near = |apart: &f32| apart.is_finite() && *apart <= most;
-        self.there = apart[..self.there].iter().filter(|apart| is_near(apart)).count();
+        let near = |first: usize| apart[..first].iter().filter(|apart| is_near(apart)).count();
+        (self.there, self.faces) = (near(self.there), near(self.faces));
         let mut apart = apart.iter();
         self.all.retain(|_| apart.next().is_some_and(is_near));
     }
