@@ -9,9 +9,10 @@
 //! min Σ (n·(Σ_k b_k p_k − s))² + λ Σ |p − p_before|²        Σ (Σ_k b_k a_k − a(s))² + λ Σ |a − a_before|²
 //! ```
 //!
-//! over samples s of the source, with the nearest point of the level at barycentrics b, and the
-//! other way round, each as many times as its place counts (`Options::importance`). n is the normal of the face that was found, so a sample may slide along it. Edges of the level are sampled as well, for positions:
-//! they are its outline.
+//! over samples s of the source, with the nearest point of the level at barycentrics b, and the other way
+//! round, each as many times as its place counts (`Options::importance`). n is the normal of the face that
+//! was found, so a sample may slide along it. Edges of the level are sampled as well, for positions: they are
+//! its outline.
 //!
 //! Samples far beyond the mean distance have lost their counterpart and take no part.
 //!
