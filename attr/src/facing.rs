@@ -45,7 +45,11 @@ impl Facing {
         // Of closed shells the sum is nothing but rounding, and no axis is faced either.
         let mut faced = vec![[true; TRIED]; roots.len()];
         for triangle in triangles {
-            let (own, shell) = (vector(triangle), root(triangle));
+            let shell = root(triangle);
+            if faced[shell] == [false; TRIED] {
+                continue;
+            }
+            let own = vector(triangle);
             for (faced, direction) in faced[shell].iter_mut().zip(tried(sums[shell])) {
                 *faced &= own.dot(direction) >= LEAST_COSINE * own.length();
             }

@@ -89,32 +89,50 @@ fn find_folds(mesh: &Mesh) -> Vec<Fold> {
 
 /// The pairs of triangles that go on into each other at a fold; `None` if the edge is no fold.
 fn links(mesh: &Mesh, sides: &[Side]) -> Option<Vec<Link>> {
-    if !matches!(sides.len(), 2 | 4) {
-        return None;
-    }
     let points = sides[0].0;
     let runs_up = |triangle: usize| {
         let own = mesh.triangle_points(triangle);
         (0..3).any(|slot| [own[slot], own[(slot + 1) % 3]] == points)
     };
+    let backs = |a: usize, b: usize| {
+        are_on_one_side(mesh, points, [a, b])
+            && inward(mesh, points, a).dot(inward(mesh, points, b)) > SAME_SIDE
+    };
+    if let &[(_, a), (_, b)] = sides {
+        return (backs(a, b) && runs_up(a) != runs_up(b)).then(Vec::new);
+    }
+    if sides.len() != 4 {
+        return None;
+    }
     let (up, down): (Vec<usize>, Vec<usize>) =
         sides.iter().map(|side| side.1).partition(|&triangle| runs_up(triangle));
-    let backs =
-        |a: usize, b: usize| inward(mesh, points, a).dot(inward(mesh, points, b)) > SAME_SIDE;
     match (&up[..], &down[..]) {
-        (&[a], &[b]) => backs(a, b).then(Vec::new),
         (&[a, b], &[c, d]) if backs(a, c) && backs(b, d) => Some(vec![[a, d], [b, c]]),
         (&[a, b], &[c, d]) if backs(a, d) && backs(b, c) => Some(vec![[a, c], [b, d]]),
         _ => None,
     }
 }
 
+/// Whether two triangles enclose less than a right angle at an edge of both: told without a root or a
+/// quotient, since next to no edges of a surface are so.
+fn are_on_one_side(mesh: &Mesh, [from, to]: [PointId; 2], triangles: [usize; 2]) -> bool {
+    let at = |point: PointId| mesh.positions[point].as_dvec3();
+    let (start, along) = (at(from), at(to) - at(from));
+    let [a, b] = triangles.map(|triangle| third(mesh, [from, to], triangle) - start);
+    a.dot(b) * along.length_squared() > a.dot(along) * b.dot(along)
+}
+
+/// The place of the corner of a triangle that one of its edges lacks.
+fn third(mesh: &Mesh, [from, to]: [PointId; 2], triangle: usize) -> DVec3 {
+    let other = mesh.triangle_points(triangle).into_iter().find(|&p| p != from && p != to);
+    mesh.positions[other.expect("three points")].as_dvec3()
+}
+
 /// The unit vector into a triangle, at right angles to one of its edges; zero without area.
 fn inward(mesh: &Mesh, [from, to]: [PointId; 2], triangle: usize) -> DVec3 {
     let at = |point: PointId| mesh.positions[point].as_dvec3();
-    let third = mesh.triangle_points(triangle).into_iter().find(|&p| p != from && p != to);
     let along = (at(to) - at(from)).normalize_or_zero();
-    let across = at(third.expect("three points")) - at(from);
+    let across = third(mesh, [from, to], triangle) - at(from);
     (across - along * along.dot(across)).normalize_or_zero()
 }
 

@@ -70,6 +70,7 @@ mod solve;
 mod space;
 mod stitch;
 mod surface;
+mod table;
 mod tangent;
 #[cfg(test)]
 mod testing;

@@ -7,13 +7,13 @@
 //! are made one: see `stitch.rs`.
 
 use glam::Vec3;
-use rustc_hash::FxHashMap;
 
 use crate::error::{Error, Result};
 use crate::id::{PointId, WedgeId};
 use crate::layers::separate_layers;
 use crate::mesh::Mesh;
 use crate::stitch::{OwnPosition, stitch};
+use crate::table::{Table, hash_words};
 use crate::vertices::Vertices;
 
 /// The result of [`weld`].
@@ -106,16 +106,19 @@ fn check(vertices: &Vertices) -> Result<()> {
     Ok(())
 }
 
-/// The key of a wedge: its point, its group, the class of what the metric does not see, and the
-/// bits of its row.
-type WedgeKey = (PointId, u32, u32, Box<[u32]>);
+/// No wedge yet.
+const NONE: (u32, WedgeId) = (0, WedgeId(u32::MAX));
 
 struct Welder<'a> {
     vertices: &'a Vertices,
-    points: FxHashMap<([u32; 3], u32), PointId>,
-    wedges: FxHashMap<WedgeKey, WedgeId>,
-    /// Per vertex: the wedge it became last, and the group it became it in.
-    known: Vec<Option<(u32, WedgeId)>>,
+    points: Table,
+    wedges: Table,
+    /// Per vertex: the group that it became a wedge in last, and that wedge.
+    known: Vec<(u32, WedgeId)>,
+    /// One per point: the class of its motion.
+    motions: Vec<u32>,
+    /// One per wedge: its group.
+    groups: Vec<u32>,
     welded: Welded,
 }
 
@@ -123,8 +126,17 @@ impl<'a> Welder<'a> {
     fn new(vertices: &'a Vertices) -> Self {
         let mut welded = Welded::default();
         welded.mesh.layout = vertices.layout;
-        let known = vec![None; vertices.positions.len()];
-        Self { vertices, points: FxHashMap::default(), wedges: FxHashMap::default(), known, welded }
+        welded.mesh.triangles.reserve_exact(vertices.triangles.len());
+        welded.mesh.groups.reserve_exact(vertices.triangles.len());
+        Self {
+            vertices,
+            points: Table::new(),
+            wedges: Table::new(),
+            known: vec![NONE; vertices.positions.len()],
+            motions: Vec::new(),
+            groups: Vec::new(),
+            welded,
+        }
     }
 
     fn add(&mut self, triangle: [u32; 3], group: u32) {
@@ -139,37 +151,56 @@ impl<'a> Welder<'a> {
         }
     }
 
+    /// The wedge of a vertex: one of its point, its group, its class of what the metric does not see, and the
+    /// bits of its row.
     fn wedge(&mut self, vertex: u32, group: u32) -> WedgeId {
-        if let Some((known_group, wedge)) = self.known[vertex as usize]
-            && known_group == group
-        {
-            return wedge;
+        let known = self.known[vertex as usize];
+        if known != NONE && known.0 == group {
+            return known.1;
         }
         let point = self.point(vertex);
-        let len = self.vertices.layout.len();
-        let row = &self.vertices.attributes[vertex as usize * len..][..len];
-        let rest = self.vertices.rest.get(vertex as usize).copied().unwrap_or(0);
-        let key = (point, group, rest, row.iter().map(|&x| bits(x)).collect());
-        let welded = &mut self.welded;
-        let wedge = *self.wedges.entry(key).or_insert_with(|| {
-            let wedge = WedgeId::new(welded.wedge_vertices.len());
+        let Self { vertices, welded, groups, .. } = self;
+        let len = vertices.layout.len();
+        let row = |vertex: u32| &vertices.attributes[vertex as usize * len..][..len];
+        let rest = |vertex: u32| vertices.rest.get(vertex as usize).copied().unwrap_or(0);
+        let (own, own_rest) = (row(vertex), rest(vertex));
+        let words = [point.0, group, own_rest].into_iter().chain(own.iter().map(|&x| bits(x)));
+        let is_same = |wedge: u32| {
+            let other = welded.wedge_vertices[wedge as usize];
+            welded.mesh.wedge_points[WedgeId(wedge)] == point
+                && groups[wedge as usize] == group
+                && rest(other) == own_rest
+                && row(other).iter().map(|&x| bits(x)).eq(own.iter().map(|&x| bits(x)))
+        };
+        let next = welded.wedge_vertices.len() as u32;
+        let wedge = WedgeId(self.wedges.find_or(hash_words(words), is_same, || next));
+        if wedge.0 == next {
             welded.wedge_vertices.push(vertex);
             welded.mesh.wedge_points.push(point);
-            welded.mesh.attributes.extend_from_slice(row);
-            wedge
-        });
-        self.known[vertex as usize] = Some((group, wedge));
+            welded.mesh.attributes.extend_from_slice(own);
+            groups.push(group);
+        }
+        self.known[vertex as usize] = (group, wedge);
         wedge
     }
 
     fn point(&mut self, vertex: u32) -> PointId {
         let position = self.vertices.positions[vertex as usize];
         let motion = self.vertices.motion.get(vertex as usize).copied().unwrap_or(0);
-        let positions = &mut self.welded.mesh.positions;
-        *self.points.entry((position.to_array().map(bits), motion)).or_insert_with(|| {
+        let key = position.to_array().map(bits);
+        let (positions, motions) = (&mut self.welded.mesh.positions, &mut self.motions);
+        let next = positions.len() as u32;
+        let is_same = |point: u32| {
+            positions[PointId(point)].to_array().map(bits) == key
+                && motions[point as usize] == motion
+        };
+        let hash = hash_words(key.into_iter().chain([motion]));
+        let point = self.points.find_or(hash, is_same, || next);
+        if point == next {
             positions.push(position);
-            PointId::new(positions.len() - 1)
-        })
+            motions.push(motion);
+        }
+        PointId(point)
     }
 }
 

@@ -79,16 +79,28 @@ impl<'a> Reader<'a> {
         if let Some((frame, _)) = frame {
             part.local = Some(self.place(&frame, &mut positions));
         }
-        for vertex in 0..positions.len() {
-            self.vertices.motion.push(self.classes.class(part.motion(vertex)));
-            self.vertices.rest.push(self.classes.class(part.rest(vertex)));
-        }
+        self.add_classes(&part);
         self.vertices.positions.extend(positions);
         let group = self.parts.len() as u32;
         self.vertices.groups.extend(triangles.iter().map(|_| group));
         self.vertices.triangles.extend(triangles.iter().map(|t| t.map(|v| v + part.first)));
         self.parts.push(part);
         Ok(())
+    }
+
+    /// Appends the classes of a part's vertices: one of all if they carry nothing.
+    fn add_classes(&mut self, part: &Part) {
+        let Vertices { motion, rest, .. } = &mut self.vertices;
+        if part.carried.is_empty() && part.targets.is_empty() {
+            let class = self.classes.class(Vec::new());
+            motion.resize(motion.len() + part.vertices, class);
+            rest.resize(rest.len() + part.vertices, class);
+            return;
+        }
+        for vertex in 0..part.vertices {
+            motion.push(self.classes.class(part.motion(vertex)));
+            rest.push(self.classes.class(part.rest(vertex)));
+        }
     }
 
     /// Brings the positions of a part, and the normals of the rows that were added last, onto the surface.
