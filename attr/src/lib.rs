@@ -33,6 +33,7 @@ mod bvh;
 mod cards;
 mod chain;
 mod collapse;
+mod constraints;
 mod decimate;
 mod edges;
 mod equal_volume;

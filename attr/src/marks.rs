@@ -1,14 +1,13 @@
 //! Small numbers noted on ids, forgotten all at once.
 
-/// A map from ids below a fixed count to `u32`, cleared in constant time: each entry carries the
-/// round it was written in.
+/// A map from ids to `u32`, cleared in constant time: each entry carries the round it was written in.
 pub(crate) struct Marks {
     entries: Vec<(u32, u32)>,
     round: u32,
 }
 
 impl Marks {
-    /// An empty map for ids below `count`.
+    /// An empty map with room for ids below `count`.
     pub(crate) fn new(count: usize) -> Self {
         Self { entries: vec![(0, 0); count], round: 1 }
     }
@@ -24,13 +23,16 @@ impl Marks {
     /// The mark on `index`, if it has one since the last clear.
     #[inline]
     pub(crate) fn get(&self, index: usize) -> Option<u32> {
-        let (round, value) = self.entries[index];
+        let &(round, value) = self.entries.get(index)?;
         (round == self.round).then_some(value)
     }
 
     /// Puts a mark on `index`.
     #[inline]
     pub(crate) fn set(&mut self, index: usize, value: u32) {
+        if index >= self.entries.len() {
+            self.entries.resize((index + 1).next_power_of_two(), (0, 0));
+        }
         self.entries[index] = (self.round, value);
     }
 }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use crate::constraints::Constraints;
 use crate::edges::{Side, visit_sides};
 use crate::id::{PointId, WedgeId};
 use crate::mesh::Mesh;
@@ -49,7 +50,7 @@ pub(crate) struct Metric {
     /// A packed quadric per wedge.
     pub(crate) quadrics: Vec<f64>,
     /// Border and seam planes, one sum per point.
-    pub(crate) constraints: Vec<PointQuadric>,
+    pub(crate) constraints: Constraints,
     /// One per point: its shell, by the directions that it faces. Empty if none faces any.
     pub(crate) shells: Vec<u32>,
 }
@@ -66,7 +67,7 @@ impl Metric {
             motion_factor: 1.0,
             rows: rows(mesh, space, sources),
             quadrics: vec![0.0; mesh.wedge_points.len() * quadric::stride(attributes)],
-            constraints: vec![PointQuadric::default(); mesh.positions.len()],
+            constraints: Constraints::new(mesh.positions.len()),
             shells: match space.facing.is_empty() {
                 true => Vec::new(),
                 false => sources.iter().map(|&source| space.facing.shell(source)).collect(),
@@ -83,7 +84,7 @@ impl Metric {
     /// Sums the quadrics of triangles as they lie now, over points that stand for `sources`.
     pub(crate) fn sum(&mut self, faces: &Faces<'_>, sources: &[PointId]) {
         self.quadrics.fill(0.0);
-        self.constraints.fill(PointQuadric::default());
+        self.constraints.clear();
         let importance: Vec<f64> =
             sources.iter().map(|&point| self.space.importance(point)).collect();
         self.add_triangles(faces, sources, &importance);
@@ -117,7 +118,7 @@ impl Metric {
             motion_factor: 1.0,
             rows: Vec::with_capacity(wedges * attributes),
             quadrics: Vec::with_capacity(wedges * quadric::stride(attributes)),
-            constraints: Vec::with_capacity(points),
+            constraints: Constraints::with_capacity(points),
             shells: Vec::new(),
         }
     }
@@ -134,7 +135,7 @@ impl Metric {
     /// Adds a point of another metric of the same space.
     pub(crate) fn push_point(&mut self, from: &Self, point: PointId) {
         self.positions.push(from.positions[point]);
-        self.constraints.push(from.constraints[point]);
+        self.constraints.push(from.constraints.get(point));
         self.shells.extend(from.shells.get(point.index()));
     }
 
@@ -205,7 +206,8 @@ impl Metric {
                 let weight = weight * (to - from).length_squared() / 2.0;
                 for point in points {
                     let weight = weight * importance[point.index()];
-                    self.constraints[point].add(&PointQuadric::from_plane(from, normal, weight));
+                    let plane = PointQuadric::from_plane(from, normal, weight);
+                    self.constraints.add(point, &plane);
                 }
             }
         });
@@ -215,6 +217,12 @@ impl Metric {
     /// as ids. Where normals alone differ, either side keeps its own UVs as it is simplified, and those
     /// stay together as near as what is left allows.
     fn is_seam(&self, faces: &Faces<'_>, [a, b]: [&Side; 2]) -> bool {
+        let is_one_group = faces.groups[a.1] == faces.groups[b.1];
+        let wedges = &faces.wedges[b.1];
+        let is_common = |wedge: &&WedgeId| wedges.contains(wedge);
+        if is_one_group && faces.wedges[a.1].iter().filter(is_common).count() == 2 {
+            return false;
+        }
         let layout = self.space.layout;
         let [from, to] = a.0.map(|point| self.positions[point]);
         let most = SEAM_JUMP * SEAM_JUMP * from.distance_squared(to);
@@ -228,7 +236,7 @@ impl Metric {
             let is_unseen = || self.row(own) == self.row(other);
             own != other && (others.map(|(_, square)| square).sum::<f64>() > most || is_unseen())
         };
-        faces.groups[a.1] != faces.groups[b.1] || a.0.into_iter().any(jumps)
+        !is_one_group || a.0.into_iter().any(jumps)
     }
 
     /// Whether a triangle at a point turns its back on a direction that its shell faces.
@@ -345,7 +353,8 @@ mod tests {
         }
         let [smooth, flat] = [&smooth, &flat].map(|mesh| metric(mesh, Weights::default()));
         assert_eq!(flat.constraints, smooth.constraints);
-        assert!(smooth.constraints.contains(&PointQuadric::default()));
+        let is_free = |point| smooth.constraints.get(PointId::new(point)).is_none();
+        assert!((0..smooth.positions.len()).any(is_free));
     }
 
     #[test]
@@ -366,9 +375,9 @@ mod tests {
     #[test]
     fn only_borders_are_constrained_on_a_plain_grid() {
         let metric = metric(&grid(3), Weights::default());
-        for (point, constraint) in metric.constraints.iter().enumerate() {
-            let inner = matches!(point, 5 | 6 | 9 | 10);
-            assert_eq!(*constraint == PointQuadric::default(), inner, "point {point}");
+        for point in 0..16 {
+            let is_free = metric.constraints.get(PointId::new(point)).is_none();
+            assert_eq!(is_free, matches!(point, 5 | 6 | 9 | 10), "point {point}");
         }
     }
 }

@@ -49,17 +49,16 @@ pub(crate) fn rank_all(
     topology: &Topology,
     metric: &Metric,
     bounds: &[f32],
-    wedges: usize,
     locked: &[bool],
 ) -> Queue {
-    let points = metric.positions.len();
     let is_free = |ends: &[PointId; 2]| !ends.iter().any(|p| locked.get(p.index()) == Some(&true));
     let costs: Vec<Option<f64>> = bounds
         .par_iter()
         .enumerate()
         .with_min_len(AT_ONCE)
         .map_init(
-            || Plan::new(points, wedges),
+            // Next to no edge needs its marks, whose room would have to be cleared each time.
+            || Plan::new(0, 0),
             |plan, (edge, &bound)| {
                 let ends = topology.ends(EdgeId::new(edge)).filter(is_free)?;
                 let lower_bound = |plan: &mut Plan| plan.cost_lower_bound(topology, metric, ends);

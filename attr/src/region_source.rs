@@ -177,8 +177,10 @@ mod tests {
         }
         for (point, &source) in piece.point_sources.iter().enumerate() {
             assert_eq!(piece.metric.positions[point], whole.metric.positions[source]);
-            let (own, of_whole) =
-                (piece.metric.constraints[point], whole.metric.constraints[source]);
+            let [own, of_whole] =
+                [(&piece, PointId::new(point)), (&whole, source)].map(|(working, point)| {
+                    working.metric.constraints.get(point).copied().unwrap_or_default()
+                });
             assert!(near(&own.a, &of_whole.a) && (own.c - of_whole.c).abs() < 1e-15);
         }
     }

@@ -12,6 +12,7 @@
 //! of threads.
 
 use std::ops::Range;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::DVec3;
@@ -210,13 +211,20 @@ impl<'a> Cut<'a> {
         run: impl Fn(Descent<'a>) -> T + Sync,
     ) -> Vec<T> {
         let [points, wedges] = self.region_source.sizes();
+        // One for each thread, since they are as long as the surface has points and wedges.
+        let idle: Mutex<Vec<Numbers>> = Mutex::default();
+        let take = || idle.lock().ok().and_then(|mut idle| idle.pop());
         regions
             .par_iter()
-            .with_min_len(regions.len() / (8 * rayon::current_num_threads()))
-            .map_init(
-                || Numbers::new(points, wedges),
-                |numbers, region| run(self.descent(region, numbers)),
-            )
+            .with_max_len(1)
+            .map(|region| {
+                let mut numbers = take().unwrap_or_else(|| Numbers::new(points, wedges));
+                let descent = self.descent(region, &mut numbers);
+                if let Ok(mut idle) = idle.lock() {
+                    idle.push(numbers);
+                }
+                run(descent)
+            })
             .collect()
     }
 

@@ -39,7 +39,7 @@ pub enum Placement {
 
 /// Weights of a unit of error in each attribute beside a unit of distance.
 ///
-/// Lab note (`cargo bench --bench quality -- --alone --views 6 --resolution 256 --samples 30000`):
+/// Lab note (`cargo bench --bench quality -- --alone --full --views 6 --resolution 256 --samples 30000`):
 /// the normal's weight decides. RMS sRGB luminance and RMS distance over the diagonal at 6.25 %:
 ///
 /// | UV, normal | scanned box | gelatin box | racquet |

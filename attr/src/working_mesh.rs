@@ -122,7 +122,7 @@ impl WorkingMesh {
         }
     }
 
-    /// Several pieces as one. Points and wedges that stand for the same are the same.
+    /// Several compact pieces as one. Points and wedges that stand for the same are the same.
     pub(crate) fn join(mut pieces: Vec<Self>, numbers: &mut Numbers) -> Option<Self> {
         let first = &pieces.first()?.metric;
         let sum = |count: fn(&Self) -> usize| pieces.iter().map(count).sum();
@@ -139,9 +139,13 @@ impl WorkingMesh {
         }
         for piece in pieces {
             joined.error = joined.error.max(piece.error);
-            for triangle in (0..piece.triangles.len()).map(TriangleId::new) {
-                joined.add(&piece, triangle, Key::Source, numbers);
-            }
+            // In the order in which the triangles of the piece first name them.
+            let wedges = (0..piece.wedge_points.len()).map(WedgeId::new);
+            let own: Vec<WedgeId> =
+                wedges.map(|wedge| joined.add_wedge(&piece, wedge, Key::Source, numbers)).collect();
+            joined.triangles.extend(piece.triangles.iter().map(|t| t.map(|wedge| own[wedge])));
+            joined.groups.extend_from_slice(&piece.groups);
+            joined.bounds.extend_from_slice(&piece.bounds);
         }
         Some(joined)
     }

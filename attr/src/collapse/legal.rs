@@ -27,7 +27,7 @@ use crate::triangle::square_to_origin;
 /// The cost of an end that comes off the surface, beside its quadric.
 ///
 /// A quadric is about planes, and planes have no end: the tip of a string slides along its sides at
-/// no cost. Lab note (`cargo bench --bench quality -- --alone --views 6 --resolution 256 --samples
+/// no cost. Lab note (`cargo bench --bench quality -- --alone --full --views 6 --resolution 256 --samples
 /// 30000`): RMS sRGB luminance, RMS distance and RMS color over those without, geometric mean over
 /// four levels each of a scanned box, a pan, a gelatin box, a racquet, a helmet and a ship:
 ///

@@ -10,6 +10,7 @@ mod area;
 mod legal;
 mod loops;
 mod place;
+mod plain;
 
 use glam::DVec3;
 
@@ -130,11 +131,16 @@ impl Plan {
             self.kept = None;
             let (a, b) = (metric.quadric(a), metric.quadric(b));
             self.total = quadric::reduce_sum(a, b);
-            points.iter().for_each(|&point| self.total.add(&metric.constraints[point]));
+            points.iter().for_each(|&point| metric.constraints.add_to(&mut self.total, point));
             self.weight = quadric::weight(a) + quadric::weight(b);
         } else {
             self.set(topology, metric, &points);
         }
+        self.least(metric)
+    }
+
+    /// The least of the merged quadrics over all placements.
+    pub(crate) fn least(&self, metric: &Metric) -> f64 {
         match self.places(metric) {
             [Some(minimizer), ..] => self.total.evaluate(minimizer),
             places => places
@@ -153,9 +159,14 @@ impl Plan {
     /// Works out the merging of the two points of an edge, or of the three of a loop.
     pub(crate) fn set(&mut self, topology: &Topology, metric: &Metric, points: &[PointId]) {
         self.merge_of(points);
-        self.collect(topology, metric);
-        self.unify(topology);
-        self.sum(metric);
+        let sole = |at: usize| topology.sole_wedge(points[at]);
+        if let (2, Some(a), Some(b)) = (points.len(), sole(0), sole(1)) {
+            self.set_plain(topology, metric, [a, b]);
+        } else {
+            self.collect(topology, metric);
+            self.unify(topology);
+            self.sum(metric);
+        }
         self.kept = self.kept_plane(topology, metric);
     }
 
@@ -269,8 +280,9 @@ impl Plan {
     /// The merged wedges' quadrics and the points' constraints as one.
     fn add_up(&mut self, metric: &Metric) {
         let stride = quadric::stride(metric.attributes);
-        self.total = metric.constraints[self.points[0]];
-        self.points[1..].iter().for_each(|&point| self.total.add(&metric.constraints[point]));
+        self.total = PointQuadric::default();
+        let points = self.points.iter();
+        points.for_each(|&point| metric.constraints.add_to(&mut self.total, point));
         self.weight = 0.0;
         for packed in self.quadrics.chunks_exact(stride) {
             self.total.add(&quadric::reduce(packed));
@@ -297,10 +309,11 @@ impl Plan {
             topology.set_wedge(corner, member);
         }
         let kept = self.points[0];
-        let mut constraint = metric.constraints[kept];
         for &gone in &self.points[1..] {
             topology.merge(kept, gone, &mut self.counts[0]);
-            constraint.add(&metric.constraints[gone]);
+            if let Some(&own) = metric.constraints.get(gone) {
+                metric.constraints.add(kept, &own);
+            }
         }
         topology.set_sole_wedge(kept, self.sole_member());
         metric.positions[kept] = position;
@@ -313,10 +326,9 @@ impl Plan {
                     .row_mut(member)
                     .copy_from_slice(&self.row[merged * attributes..][..attributes]);
             } else {
-                constraint.add(&quadric::reduce(packed));
+                metric.constraints.add(kept, &quadric::reduce(packed));
             }
         }
-        metric.constraints[kept] = constraint;
     }
 
     /// The merged wedge that is still used, if it is but one.

@@ -54,7 +54,7 @@ const THINNED_SAMPLES: f64 = 5.0;
 
 /// Options of the fit of a level to its source.
 ///
-/// Lab note (`cargo bench --bench quality -- --alone --views 6 --resolution 256 --samples 30000`):
+/// Lab note (`cargo bench --bench quality -- --alone --full --views 6 --resolution 256 --samples 30000`):
 /// RMS sRGB luminance, RMS distance and RMS color over those of levels without a fit, geometric mean
 /// over four levels each of a scanned box, a pan, a gelatin box, a racquet, a helmet and a ship:
 ///

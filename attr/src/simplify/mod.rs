@@ -3,6 +3,7 @@
 
 mod crowd;
 mod deviation;
+mod evaluated;
 mod loops;
 mod pairs;
 mod reference;
@@ -28,6 +29,7 @@ use crate::working_mesh::WorkingMesh;
 use crowd::Crowd;
 pub(crate) use crowd::MAX_CARD_SCALE;
 use deviation::DeviationGuard;
+use evaluated::Evaluated;
 use pairs::Pairs;
 pub(crate) use steps::REBUILD_SHARE;
 pub use stop::Stop;
@@ -60,6 +62,7 @@ pub(crate) struct Descent<'a> {
     queue: Queue,
     /// Per edge: a lower bound of its cost when this descent began, 0 if none was known.
     bounds: Vec<f32>,
+    evaluated: Evaluated,
     /// Per edge: whether it was found illegal and is left out until its surroundings change.
     aside: Vec<bool>,
     rejected: Vec<(f64, Item)>,
@@ -104,7 +107,8 @@ impl<'a> Descent<'a> {
         Self {
             source,
             layout: source.layout,
-            queue: rank_all(&topology, &working.metric, &bounds, wedges, &locked),
+            queue: rank_all(&topology, &working.metric, &bounds, &locked),
+            evaluated: Evaluated::new(&bounds, points),
             bounds,
             metric: working.metric,
             groups: working.groups,
@@ -192,6 +196,7 @@ impl<'a> Descent<'a> {
             if (self.triangles() as f64) < RETRY_SHARE * self.retried_at as f64 {
                 self.retry_rejected();
             }
+            let key = self.queue.least();
             let Some(packed) = self.queue.pop() else {
                 if self.triangles() == self.retried_at {
                     let held_back = self.is_held_back;
@@ -201,7 +206,7 @@ impl<'a> Descent<'a> {
                 continue;
             };
             let step = match Item::unpack(packed) {
-                Item::Edge(edge) => self.collapse(edge, queue_slack),
+                Item::Edge(edge) => self.collapse(edge, key, queue_slack),
                 Item::Shell(point) => self.remove_shell(point, queue_slack),
                 Item::Pair(pair) => self.join(pair, queue_slack),
                 Item::Loop(edge) => self.close_loop(edge, queue_slack),
@@ -220,27 +225,33 @@ impl<'a> Descent<'a> {
     }
 
     /// Collapses an edge at its cheapest legal placement, or queues it again if another item may be
-    /// cheaper. Returns the number of triangles removed.
-    fn collapse(&mut self, edge: EdgeId, queue_slack: f64) -> Result<usize, Stop> {
+    /// cheaper. `key` is what it was queued with. Returns the number of triangles removed.
+    fn collapse(&mut self, edge: EdgeId, key: f64, queue_slack: f64) -> Result<usize, Stop> {
         let Some(points) = self.topology.ends(edge) else { return Ok(0) };
-        let lower_bound = self.plan.cost_lower_bound(&self.topology, &self.metric, points);
         let item = Item::Edge(edge);
-        if self.must_wait(item, lower_bound, queue_slack) {
-            return Ok(0);
+        let mut lower_bound = None;
+        if !self.evaluated.stands(edge, points) || self.metric.space.cost == Cost::EdgeLength {
+            let own = self.plan.cost_lower_bound(&self.topology, &self.metric, points);
+            self.evaluated.set(edge);
+            if self.must_wait(item, own, queue_slack) {
+                return Ok(0);
+            }
+            lower_bound = Some(own);
         }
         if self.is_plain_card(points[0]) {
-            self.reject(lower_bound, item, points[0]);
+            self.reject(lower_bound.unwrap_or(key), item, points[0]);
             return Ok(0);
         }
         self.plan.set(&self.topology, &self.metric, &points);
         if self.plan.is_void() { Ok(0) } else { self.merge(item, lower_bound, points, queue_slack) }
     }
 
-    /// Merges two points as planned, or queues the item again. `lower_bound` bounds its cost.
+    /// Merges two points as planned, or queues the item again. `lower_bound` bounds its cost, if one was
+    /// computed.
     fn merge(
         &mut self,
         item: Item,
-        lower_bound: f64,
+        lower_bound: Option<f64>,
         points: [PointId; 2],
         queue_slack: f64,
     ) -> Result<usize, Stop> {
@@ -255,6 +266,7 @@ impl<'a> Descent<'a> {
         let keeps_topology = self.plan.keeps_topology(&self.topology);
         let legal = cheapest.filter(|_| keeps_topology);
         let Some(best) = legal.and_then(|cheapest| self.best(cheapest)) else {
+            let lower_bound = lower_bound.unwrap_or_else(|| self.plan.least(&self.metric));
             self.reject(lower_bound, item, points[0]);
             if let (false, Item::Edge(edge)) = (keeps_topology, item) {
                 self.queue_loop(edge);
@@ -284,6 +296,7 @@ impl<'a> Descent<'a> {
             let error = self.error * self.metric.space.unit;
             log.end(&self.plan, names, (&self.topology, &self.metric, &self.groups), error);
         }
+        self.evaluated.change(kept);
         self.retry_around(kept);
         Ok(before - self.triangles())
     }

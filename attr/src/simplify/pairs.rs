@@ -159,7 +159,7 @@ impl Descent<'_> {
                 return Ok(0);
             }
         }
-        self.merge(item, lower_bound, points, queue_slack)
+        self.merge(item, Some(lower_bound), points, queue_slack)
     }
 }
 

@@ -42,7 +42,7 @@ impl Descent<'_> {
             let wedges: BTreeSet<usize> =
                 corners.map(|corner| self.topology.wedge(corner).index()).collect();
             let own = &mut quadrics[self.point_sources[point]];
-            *own = self.metric.constraints[point];
+            self.metric.constraints.add_to(own, point);
             for wedge in wedges.into_iter().map(WedgeId::new) {
                 own.add(&quadric::reduce(self.metric.quadric(wedge)));
             }

@@ -2,6 +2,7 @@
 
 use std::sync::atomic::AtomicUsize;
 
+use super::evaluated::Evaluated;
 use super::{Descent, Stop};
 use crate::id::TriangleId;
 use crate::metric::Faces;
@@ -11,7 +12,7 @@ use crate::rank::rank_all;
 ///
 /// Summed once, they count planes that are long gone several times over, and stay loyal to a shape that
 /// only the polish can bring back. Rebuilding them at each collapse is no better: thin parts wander
-/// off. Lab note (`cargo bench --bench quality -- --alone --views 6 --resolution 256 --samples 30000`):
+/// off. Lab note (`cargo bench --bench quality -- --alone --full --views 6 --resolution 256 --samples 30000`):
 /// RMS sRGB luminance, RMS distance and RMS color over those of quadrics that are summed once, geometric
 /// mean over four polished levels each of a scanned box, a pan, a gelatin box, a racquet, a helmet and a
 /// ship:
@@ -60,12 +61,12 @@ impl Descent<'_> {
         self.metric.weigh_motion(self.source.triangles.len() as f64 / live.len().max(1) as f64);
         self.metric.sum(&faces, &self.point_sources);
         self.bounds.fill(0.0);
+        self.evaluated = Evaluated::new(&self.bounds, self.point_sources.len());
         self.aside.fill(false);
         self.rejected.clear();
         self.retried_at = self.triangles();
         self.is_held_back = false;
-        let wedges = self.wedge_sources.len();
-        self.queue = rank_all(topology, &self.metric, &self.bounds, wedges, &self.locked);
+        self.queue = rank_all(topology, &self.metric, &self.bounds, &self.locked);
         self.queue_pairs();
     }
 }
