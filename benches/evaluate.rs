@@ -1,13 +1,17 @@
-//! What does it cost to judge a chain? A scan of 17,982 triangles and a helmet of 94,722 triangles and
-//! 15 textures against their four levels: 24 views of 512², and 200,000 samples each way; the helmet
-//! also where each level is looked at once more, smaller; and what a million of its pixels and a million
-//! samples take. Skipped where a model is not there.
+//! What does it cost to judge a chain? A scan of 17,982 triangles against its four levels: 24 views of
+//! 512², and 200,000 samples each way; also where each level is looked at once more, smaller; and what a
+//! million of its pixels and a million samples take. With `--full` a helmet of 94,722 triangles and 15
+//! textures takes its place. Skipped where the model is not there.
+
+#[path = "common/full.rs"]
+mod full;
 
 use std::hint::black_box;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use criterion::{Criterion, criterion_group, criterion_main};
+use criterion::{Criterion, SamplingMode};
+use full::{criterion, is_full};
 use seamwise::bake::options::BakeOptions;
 use seamwise::bake::{Input, bake};
 use seamwise::evaluate::camera::Rig;
@@ -62,20 +66,17 @@ fn per_million<T>(runs: u64, count: usize, run: impl Fn() -> T) -> Duration {
 
 fn evaluate(criterion: &mut Criterion) {
     let options = Options::default();
-    let mut group = criterion.benchmark_group("evaluate");
-    group.sample_size(10);
-    if let Some(scenes) = scenes(SCAN) {
-        group.bench_function("a scan against four levels", |bencher| {
-            bencher.iter(|| compare_all(&scenes, options));
-        });
-    }
-    let Some(scenes) = scenes(HELMET) else { return };
-    group.bench_function("a helmet against four levels", |bencher| {
+    let (name, model) = if is_full() { ("a helmet", HELMET) } else { ("a scan", SCAN) };
+    let Some(scenes) = scenes(model) else { return };
+    let mut group = criterion.benchmark_group(format!("evaluate {name}"));
+    group.sample_size(10).sampling_mode(SamplingMode::Flat);
+    group.warm_up_time(Duration::from_secs(1));
+    group.bench_function("four levels", |bencher| {
         bencher.iter(|| compare_all(&scenes, options));
     });
     // So strict that even the finest level takes over at less than the size of the views.
     let strict = Options { pixel_tolerance: 0.015, ..options };
-    group.bench_function("a helmet against four levels, all seen twice", |bencher| {
+    group.bench_function("four levels, all seen twice", |bencher| {
         bencher.iter(|| compare_all(&scenes, strict));
     });
     let rig = Rig::around(&scenes[0], options.views, options.resolution);
@@ -94,5 +95,8 @@ fn evaluate(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, evaluate);
-criterion_main!(benches);
+fn main() {
+    let mut criterion = criterion();
+    evaluate(&mut criterion);
+    criterion.final_summary();
+}

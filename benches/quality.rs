@@ -1,7 +1,8 @@
 //! How near to the source do levels stay, beside the rival's at equal triangle counts?
 //!
 //! ```text
-//! cargo bench --bench quality                          # all assets, all levels, as the README's table
+//! cargo bench --bench quality                          # two scans, a few small views
+//! cargo bench --bench quality -- --full                # all assets, as the README's table
 //! cargo bench --bench quality -- --only popcorn --alone --uv 0.5 --normal 0.01
 //! ```
 //!
@@ -47,11 +48,17 @@ const MODELS: [(&str, &str); 7] = [
     ("mars_tiles", "scan/mars_tiles.glb"),
 ];
 
+/// What is measured unless all is asked for.
+const USUAL: [&str; 2] = ["popcorn", "gelatin_box"];
+
 #[derive(Parser)]
 struct Arguments {
-    /// Assets whose name contains this; all if not given.
+    /// Assets whose name contains this.
     #[arg(long, value_delimiter = ',')]
     only: Vec<String>,
+    /// All assets, and 24 views of 512² and 200,000 samples unless others are given.
+    #[arg(long)]
+    full: bool,
     /// A further file to measure.
     #[arg(long)]
     file: Vec<PathBuf>,
@@ -61,11 +68,14 @@ struct Arguments {
     /// Shares of the triangles.
     #[arg(long, value_delimiter = ',', default_value = "0.5,0.25,0.125,0.0625")]
     ratios: Vec<f64>,
-    #[arg(long, default_value_t = 24)]
+    #[arg(long, default_value_t = 6)]
+    #[arg(default_value_if("full", "true", "24"))]
     views: usize,
-    #[arg(long, default_value_t = 512)]
+    #[arg(long, default_value_t = 256)]
+    #[arg(default_value_if("full", "true", "512"))]
     resolution: usize,
-    #[arg(long, default_value_t = 200_000)]
+    #[arg(long, default_value_t = 30_000)]
+    #[arg(default_value_if("full", "true", "200000"))]
     samples: usize,
     #[arg(long, default_value_t = Weights::default().uv)]
     uv: f64,
@@ -110,8 +120,9 @@ impl Arguments {
     }
 
     fn is_wanted(&self, name: &str) -> bool {
-        self.only.is_empty() && self.file.is_empty()
-            || self.only.iter().any(|o| name.contains(o.as_str()))
+        let is_named = self.only.iter().any(|own| name.contains(own.as_str()));
+        let is_usual = self.full || USUAL.contains(&name);
+        is_named || self.only.is_empty() && self.file.is_empty() && is_usual
     }
 }
 

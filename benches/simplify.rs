@@ -1,5 +1,5 @@
 //! How fast is the descent, and how much memory does it take? Four levels of 50, 25, 12.5 and 6.25 %
-//! of a displaced sphere of 998,000 triangles, beside meshoptimizer's four chained calls in the same
+//! of a displaced sphere of 249,000 triangles, with `--full` of 998,000, beside meshoptimizer's four chained calls in the same
 //! run, on one thread and on all. Welding, and the rival's tables, are made before the clock runs;
 //! what either needs to give finished levels is within. The polish is timed alone.
 //!
@@ -8,6 +8,8 @@
 //! memory it took at most. With `--file model.glb` its first mesh takes the sphere's place, in the pairs
 //! and in the memory.
 
+#[path = "common/full.rs"]
+mod full;
 #[path = "common/rival.rs"]
 mod rival;
 #[path = "common/rival_levels.rs"]
@@ -21,6 +23,7 @@ use std::sync::atomic::AtomicUsize;
 use std::time::{Duration, Instant};
 
 use criterion::{BatchSize, Criterion, SamplingMode};
+use full::{criterion, is_full};
 use rayon::ThreadPoolBuilder;
 use rival::Group;
 use seamwise::import::read;
@@ -29,8 +32,9 @@ use seamwise::surface::geometry::Geometry;
 use seamwise_attr::{Level, Mesh, Options, Polish, polish_chain, simplify_chain, weld};
 use sphere::displaced_sphere;
 
-/// 998,000 triangles.
-const ROWS: usize = 500;
+/// 249,000 triangles, and 998,000.
+const ROWS: usize = 250;
+const FULL_ROWS: usize = 500;
 const SHARES: [f64; 4] = [0.5, 0.25, 0.125, 0.0625];
 const PAIRS: usize = 5;
 
@@ -42,7 +46,11 @@ fn main() {
     };
     let file = after("--file");
     let mesh = file.map_or_else(
-        || weld(&displaced_sphere(ROWS)).expect("a sound sphere").mesh,
+        || {
+            weld(&displaced_sphere(if is_full() { FULL_ROWS } else { ROWS }))
+                .expect("a sound sphere")
+                .mesh
+        },
         |file| first_mesh(Path::new(file)),
     );
     if let Some(who) = after("--memory") {
@@ -51,7 +59,7 @@ fn main() {
     if file.is_some() {
         return compare(&mesh);
     }
-    let mut criterion = Criterion::default().configure_from_args();
+    let mut criterion = criterion();
     measure(&mut criterion, &mesh);
     compare(&mesh);
     criterion.final_summary();
@@ -64,9 +72,10 @@ fn first_mesh(path: &Path) -> Mesh {
 }
 
 fn measure(criterion: &mut Criterion, mesh: &Mesh) {
-    let mut group = criterion.benchmark_group("998,000 triangles to four levels");
+    let name = format!("{} triangles to four levels", mesh.triangles.len());
+    let mut group = criterion.benchmark_group(name);
     group.sample_size(10).sampling_mode(SamplingMode::Flat);
-    group.warm_up_time(Duration::from_secs(1)).measurement_time(Duration::from_secs(20));
+    group.warm_up_time(Duration::from_secs(1)).measurement_time(Duration::from_secs(10));
     for threads in thread_counts() {
         let name = format!("simplify, {threads} threads");
         group.bench_function(name, |b| b.iter(|| black_box(on(threads, || ours(mesh)))));

@@ -1,7 +1,8 @@
 //! What do levels look like with the source's textures, with their own, and with those chosen?
 //!
 //! ```text
-//! cargo bench --bench textures                         # all assets, 25 and 6.25 %
+//! cargo bench --bench textures                         # two scans, 25 and 6.25 %, a few small views
+//! cargo bench --bench textures -- --full               # all assets
 //! cargo bench --bench textures -- --only popcorn --ratios 0.25
 //! ```
 //!
@@ -28,19 +29,28 @@ const MODELS: [(&str, &str); 6] = [
     ("dutch_ship", "pbr/dutch_ship/dutch_ship_medium_1k.gltf"),
 ];
 
+/// What is measured unless all is asked for.
+const USUAL: [&str; 2] = ["popcorn", "gelatin_box"];
+
 #[derive(Parser)]
 struct Arguments {
-    /// Assets whose name contains this; all if not given.
+    /// Assets whose name contains this.
     #[arg(long, value_delimiter = ',')]
     only: Vec<String>,
+    /// All assets, and 24 views of 512² and 200,000 samples unless others are given.
+    #[arg(long)]
+    full: bool,
     /// Shares of the triangles.
     #[arg(long, value_delimiter = ',', default_value = "0.25,0.0625")]
     ratios: Vec<f64>,
-    #[arg(long, default_value_t = 24)]
+    #[arg(long, default_value_t = 6)]
+    #[arg(default_value_if("full", "true", "24"))]
     views: usize,
-    #[arg(long, default_value_t = 512)]
+    #[arg(long, default_value_t = 256)]
+    #[arg(default_value_if("full", "true", "512"))]
     resolution: usize,
-    #[arg(long, default_value_t = 200_000)]
+    #[arg(long, default_value_t = 30_000)]
+    #[arg(default_value_if("full", "true", "200000"))]
     samples: usize,
     /// Cargo says this.
     #[arg(long, hide = true)]
@@ -100,8 +110,9 @@ fn main() {
     let mut ratios: Vec<[f64; 4]> = Vec::new();
     for (name, path) in MODELS {
         let wanted = arguments.only.iter().any(|own| name.contains(own.as_str()));
+        let is_usual = arguments.only.is_empty() && (arguments.full || USUAL.contains(&name));
         let path = Path::new(ASSETS).join(path);
-        if !(wanted || arguments.only.is_empty()) || !path.exists() {
+        if !(wanted || is_usual) || !path.exists() {
             continue;
         }
         let ways = measure(name, &path, &arguments);
