@@ -23,7 +23,7 @@ use crate::id::{CornerId, TriangleId};
 use crate::mesh::Mesh;
 use crate::region_source::RegionSource;
 use crate::simplify::Descent;
-use crate::working_mesh::{Numbers, WorkingMesh};
+use crate::working_mesh::{Join, Numbers, WorkingMesh};
 
 /// Triangles of a region. Its points and wedges take about a megabyte with five attributes.
 const REGION_TRIANGLES: usize = 8192;
@@ -35,6 +35,8 @@ const MAX_TARGET_SHARE: f64 = 0.85;
 const SAMPLED: usize = 16;
 /// Triangles of a sample. Few and large ones miss the cost by a tenth where detail is uneven.
 const SAMPLE: usize = 1024;
+/// Regions whose pieces wait to be joined: all at once would be as much memory again as what they become.
+const AT_ONCE: usize = 32;
 /// The queue slack of a large surface: a collapse is done if no key is below this share of its
 /// cost. Most re-evaluations are of collapses that are all but next.
 ///
@@ -72,16 +74,10 @@ pub(crate) fn descend(
         if !is_large(now, target) {
             break;
         }
-        let pieces = cut_down(&region_source, source, target, max_error, pass);
-        let gone = now - count(&pieces);
+        let mut joined = cut_down(&region_source, source, target, max_error, pass);
+        let gone = now - joined.triangles.len();
         removed.fetch_add(gone, Ordering::Relaxed);
-        // What was cut goes before the pieces are joined: both at once would be the most memory.
-        let earlier = region_source.take_log();
-        drop(region_source);
-        let (points, wedges) = (source.positions.len(), source.wedge_points.len());
-        let joined = WorkingMesh::join(pieces, &mut Numbers::new(points, wedges));
-        let mut joined = joined.expect("a region at least");
-        if let (Some(mut log), Some(own)) = (earlier, &mut joined.log) {
+        if let (Some(mut log), Some(own)) = (region_source.take_log(), &mut joined.log) {
             log.append_side_by_side(std::slice::from_ref(own), source.layout.len());
             *own = log;
         }
@@ -101,17 +97,16 @@ fn cut_down(
     target: usize,
     max_error: f64,
     pass: usize,
-) -> Vec<WorkingMesh> {
+) -> WorkingMesh {
     let cut = Cut::new(region_source, source, max_error, pass);
     let share = target as f64 / region_source.triangles() as f64;
     let limit = cut.find_limit(share);
-    let pieces = cut.descend(limit, 0.0);
-    if count(&pieces) < target { cut.descend(limit, share) } else { pieces }
-}
-
-/// Triangles of all pieces.
-fn count(pieces: &[WorkingMesh]) -> usize {
-    pieces.iter().map(|piece| piece.triangles.len()).sum()
+    let joined = cut.descend(limit, 0.0, share);
+    if joined.triangles.len() >= target {
+        return joined;
+    }
+    drop(joined);
+    cut.descend(limit, share, share)
 }
 
 /// A surface cut into regions.
@@ -192,16 +187,24 @@ impl<'a> Cut<'a> {
         high
     }
 
-    /// Every region simplified up to a cost, none below a share of its triangles.
-    fn descend(&self, limit: f64, least_share: f64) -> Vec<WorkingMesh> {
+    /// Every region simplified up to a cost, none below a share of its triangles, joined to a surface again.
+    fn descend(&self, limit: f64, least_share: f64, share: f64) -> WorkingMesh {
         let unheard = AtomicUsize::new(0);
-        self.in_parallel(&self.regions, |mut descent| {
+        let run = |mut descent: Descent<'a>| {
             let least = (descent.triangles() as f64 * least_share).ceil() as usize;
             // A step takes up to fifteen triangles more than one.
             let goes_on = |cost, triangles| cost <= limit && triangles > least + 15;
             descent.descend_while(goes_on, QUEUE_SLACK, &unheard);
             descent.into_working_mesh().compact()
-        })
+        };
+        let (points, wedges) = (self.source.positions.len(), self.source.wedge_points.len());
+        // Regions come near the share that they are to keep; what is not used takes no memory.
+        let room = (self.order.len() as f64 * (share + 0.1)) as usize;
+        let mut join = Join::new([points, wedges], room);
+        for regions in self.regions.chunks(AT_ONCE) {
+            join.add(self.in_parallel(regions, run));
+        }
+        join.finish(self.source.layout).expect("a region at least")
     }
 
     /// Runs on each of the regions, in order.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::id::{PointId, TriangleId, WedgeId};
 use crate::marks::Marks;
-use crate::mesh::Mesh;
+use crate::mesh::{Layout, Mesh};
 use crate::metric::Metric;
 use crate::progressive::log::Log;
 use crate::space::Space;
@@ -77,6 +77,50 @@ impl Numbers {
     }
 }
 
+/// Compact pieces that become one surface. Points and wedges that stand for the same are the same.
+pub(crate) struct Join {
+    joined: Option<WorkingMesh>,
+    numbers: Numbers,
+    logs: Vec<Log>,
+    room: usize,
+}
+
+impl Join {
+    /// No piece yet of a source of so many points and wedges, with room for so many triangles in all.
+    pub(crate) fn new([points, wedges]: [usize; 2], room: usize) -> Self {
+        Self { joined: None, numbers: Numbers::new(points, wedges), logs: Vec::new(), room }
+    }
+
+    /// Adds further pieces.
+    pub(crate) fn add(&mut self, pieces: Vec<WorkingMesh>) {
+        // A surface has about half as many points as triangles, and hardly more wedges.
+        let sizes = [self.room, self.room * 5 / 8, self.room * 5 / 8];
+        for mut piece in pieces {
+            let Metric { space, attributes, .. } = &piece.metric;
+            let empty = || WorkingMesh::empty(space, *attributes, sizes);
+            let joined = self.joined.get_or_insert_with(empty);
+            joined.error = joined.error.max(piece.error);
+            self.logs.extend(piece.log.take());
+            // In the order in which the triangles of the piece first name them.
+            let wedges = (0..piece.wedge_points.len()).map(WedgeId::new);
+            let add = |wedge| joined.add_wedge(&piece, wedge, Key::Source, &mut self.numbers);
+            let own: Vec<WedgeId> = wedges.map(add).collect();
+            joined.triangles.extend(piece.triangles.iter().map(|t| t.map(|wedge| own[wedge])));
+            joined.groups.extend_from_slice(&piece.groups);
+            joined.bounds.extend_from_slice(&piece.bounds);
+        }
+    }
+
+    /// The surface, if there was a piece.
+    pub(crate) fn finish(self, layout: Layout) -> Option<WorkingMesh> {
+        let mut joined = self.joined?;
+        if let Some(log) = &mut joined.log {
+            log.append_side_by_side(&self.logs, layout.len());
+        }
+        Some(joined)
+    }
+}
+
 /// The ids by which points and wedges are told apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Key {
@@ -120,34 +164,6 @@ impl WorkingMesh {
             error: 0.0,
             log: Log::of(space),
         }
-    }
-
-    /// Several compact pieces as one. Points and wedges that stand for the same are the same.
-    pub(crate) fn join(mut pieces: Vec<Self>, numbers: &mut Numbers) -> Option<Self> {
-        let first = &pieces.first()?.metric;
-        let sum = |count: fn(&Self) -> usize| pieces.iter().map(count).sum();
-        let sizes = [
-            sum(|piece| piece.triangles.len()),
-            sum(|piece| piece.point_sources.len()),
-            sum(|piece| piece.wedge_sources.len()),
-        ];
-        let mut joined = Self::empty(&first.space, first.attributes, sizes);
-        numbers.clear();
-        if let Some(log) = &mut joined.log {
-            let logs: Vec<Log> = pieces.iter_mut().filter_map(|piece| piece.log.take()).collect();
-            log.append_side_by_side(&logs, joined.metric.space.layout.len());
-        }
-        for piece in pieces {
-            joined.error = joined.error.max(piece.error);
-            // In the order in which the triangles of the piece first name them.
-            let wedges = (0..piece.wedge_points.len()).map(WedgeId::new);
-            let own: Vec<WedgeId> =
-                wedges.map(|wedge| joined.add_wedge(&piece, wedge, Key::Source, numbers)).collect();
-            joined.triangles.extend(piece.triangles.iter().map(|t| t.map(|wedge| own[wedge])));
-            joined.groups.extend_from_slice(&piece.groups);
-            joined.bounds.extend_from_slice(&piece.bounds);
-        }
-        Some(joined)
     }
 
     /// The same surface without the points and wedges that no triangle uses.
