@@ -16,12 +16,9 @@ pub(super) fn color_elements<I: Iterator<Item = f32>>(
 
 /// Floats, so many to an element.
 pub(super) fn float_elements(components: usize, values: impl Iterator<Item = f32>) -> Elements {
-    Elements {
-        bytes: values.flat_map(f32::to_le_bytes).collect(),
-        component: ComponentType::F32,
-        components,
-        normalized: false,
-    }
+    let mut bytes = Vec::with_capacity(4 * values.size_hint().0);
+    values.for_each(|x| bytes.extend_from_slice(&x.to_le_bytes()));
+    Elements { bytes, component: ComponentType::F32, components, normalized: false }
 }
 
 /// Brings 0…1 floats into the type that the file had them in.

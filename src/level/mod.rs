@@ -138,6 +138,7 @@ impl<'a> LevelAssembly<'a> {
             });
             Ok(AssetLevel { meshes: meshes.collect::<Result<_>>()?, textures })
         };
-        self.lods.levels().zip(textures).enumerate().map(assemble).collect()
+        let levels: Vec<_> = self.lods.levels().zip(textures).enumerate().collect();
+        levels.into_par_iter().map(assemble).collect()
     }
 }

@@ -73,7 +73,9 @@ fn level_part(
         tangents.iter_mut().flatten().for_each(|tangent| *tangent = back(*tangent));
     }
     let vertices = split_by_tangent(&corners, &tangents);
-    let vertex_sources = sampler.vertex_sources(part, &vertices.wedges);
+    let carries = !(part.carried.is_empty() && part.targets.is_empty());
+    let wedges = if carries { &vertices.wedges[..] } else { &[] };
+    let vertex_sources = sampler.vertex_sources(part, wedges);
     let carried: Vec<Named> = part
         .carried
         .iter()
@@ -140,16 +142,22 @@ struct LevelVertices {
 fn split_by_tangent(corners: &Corners, tangents: &[[Vec4; 3]]) -> LevelVertices {
     let mut vertices =
         LevelVertices { wedges: Vec::new(), tangents: Vec::new(), indices: Vec::new() };
-    let mut known: FxHashMap<(u32, [u32; 4]), u32> = FxHashMap::default();
+    let bits = |tangent: Vec4| tangent.to_array().map(f32::to_bits);
+    // The first vertex of each wedge, which next to none has another beside.
+    let mut firsts: Vec<Option<u32>> = vec![None; corners.wedges.len()];
+    let mut others: FxHashMap<(u32, [u32; 4]), u32> = FxHashMap::default();
     for (triangle, local) in corners.triangles.iter().enumerate() {
         for (slot, &wedge) in local.iter().enumerate() {
             let tangent = tangents.get(triangle).map_or(Vec4::ZERO, |t| t[slot]);
-            let key = (wedge, tangent.to_array().map(f32::to_bits));
-            let index = *known.entry(key).or_insert_with(|| {
-                vertices.wedges.push(corners.wedges[wedge as usize]);
-                vertices.tangents.push(tangent);
-                vertices.wedges.len() as u32 - 1
-            });
+            let add = |vertices: &mut LevelVertices| {
+                vertices.add(corners.wedges[wedge as usize], tangent)
+            };
+            let first = *firsts[wedge as usize].get_or_insert_with(|| add(&mut vertices));
+            let index = if bits(vertices.tangents[first as usize]) == bits(tangent) {
+                first
+            } else {
+                *others.entry((wedge, bits(tangent))).or_insert_with(|| add(&mut vertices))
+            };
             vertices.indices.push(index);
         }
     }
@@ -157,6 +165,12 @@ fn split_by_tangent(corners: &Corners, tangents: &[[Vec4; 3]]) -> LevelVertices 
 }
 
 impl LevelVertices {
+    fn add(&mut self, wedge: WedgeId, tangent: Vec4) -> u32 {
+        self.wedges.push(wedge);
+        self.tangents.push(tangent);
+        self.wedges.len() as u32 - 1
+    }
+
     /// Reorders triangles and vertices for vertex caches.
     fn ordered(mut self) -> Self {
         let order = order_for_cache(&mut self.indices, self.wedges.len());
@@ -178,8 +192,9 @@ fn attribute(
 ) -> Elements {
     let (mesh, layout) = (&level.mesh, level.mesh.layout);
     let rows = |offset: usize, components: usize| {
-        let row = |wedge: &WedgeId| mesh.row(*wedge)[offset..offset + components].to_vec();
-        float_elements(components, vertices.wedges.iter().flat_map(row))
+        let rows = vertices.wedges.iter().map(|wedge| mesh.row(*wedge));
+        let values = rows.flat_map(|row| row[offset..offset + components].iter().copied());
+        float_elements(components, values)
     };
     let uv_set = name.strip_prefix("TEXCOORD_").and_then(|set| set.parse::<usize>().ok());
     match (name, uv_set) {
@@ -194,7 +209,7 @@ fn attribute(
         ("TANGENT", _) => float_elements(4, vertices.tangents.iter().flat_map(Vec4::to_array)),
         ("COLOR_0", _) => color_elements(part, |components| {
             let rows = vertices.wedges.iter().map(|wedge| &mesh.row(*wedge)[layout.color()..]);
-            rows.flat_map(move |row| row[..components].to_vec())
+            rows.flat_map(move |row| row[..components].iter().copied())
         }),
         (_, Some(set)) if set < layout.uv_sets => rows(layout.uv(set), 2),
         _ => {
