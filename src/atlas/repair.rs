@@ -227,6 +227,8 @@ fn in_palette(repaired: &Repaired, before: &EncodedImage) -> Result<Option<Dynam
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
     use crate::image_file::codec::encode;
     use serde_json::{Value, json};
@@ -257,7 +259,7 @@ mod tests {
         });
         Asset {
             json,
-            buffers: vec![bytes.collect()],
+            buffers: vec![Arc::new(bytes.collect())],
             images: vec![png; materials],
             ..Asset::default()
         }

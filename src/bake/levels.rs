@@ -349,6 +349,6 @@ impl Written<'_> {
         let (asset, own) = (self.asset, self.assembled);
         let chain = Chain { asset, levels: own, images, output, screen, source_morphs, limit };
         let documents = chain.documents(levels, measured, &input.stem())?;
-        output.encode(&input.stem(), &documents)
+        output.encode(&input.stem(), documents)
     }
 }

@@ -1,5 +1,7 @@
 //! Decoded bytes at the end of a buffer.
 
+use std::sync::Arc;
+
 use serde_json::json;
 
 use crate::document::asset::Asset;
@@ -11,7 +13,7 @@ pub(super) fn append(asset: &mut Asset, at: &str, decoded: &[u8]) -> Result<(usi
     let buffer = asset
         .reference(at, "buffer", "buffers")?
         .ok_or_else(|| Error::invalid(at, "it names no buffer"))?;
-    let bytes = &mut asset.buffers[buffer];
+    let bytes = Arc::make_mut(&mut asset.buffers[buffer]);
     bytes.resize(bytes.len().next_multiple_of(4), 0);
     let start = bytes.len();
     bytes.extend_from_slice(decoded);

@@ -300,7 +300,7 @@ mod tests {
                 "buffers": [{"byteLength": stream.len()}],
                 "meshes": [{"primitives": [primitive.clone(), primitive]}],
             }),
-            buffers: vec![stream.to_vec()],
+            buffers: vec![stream.to_vec().into()],
             ..Asset::default()
         }
     }

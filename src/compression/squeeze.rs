@@ -6,6 +6,8 @@
 //! not, an image or a sparse accessor's values, stays as it is. There is no copy for readers without
 //! the extension, so it is required: the views name a buffer that has no bytes.
 
+use std::sync::Arc;
+
 use meshopt::{encode_index_buffer, encode_index_sequence, encode_vertex_buffer_level};
 use serde_json::{Value, json};
 
@@ -94,7 +96,7 @@ pub(crate) fn squeeze(asset: &Asset) -> Result<Asset> {
     json["buffers"] = json!([{"byteLength": bytes.len()}, fallback]);
     require_extension(&mut json, NAME);
     let images = asset.images.clone();
-    Ok(Asset { json, buffers: vec![bytes, Vec::new()], images, ..Asset::default() })
+    Ok(Asset { json, buffers: vec![bytes.into(), Arc::default()], images, ..Asset::default() })
 }
 
 /// One per view: what its accessors hold.
@@ -244,7 +246,7 @@ mod tests {
                 "bufferViews": views,
                 "buffers": [{"byteLength": bytes.len()}],
             }),
-            buffers: vec![bytes],
+            buffers: vec![bytes.into()],
             ..Asset::default()
         }
     }

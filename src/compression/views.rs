@@ -102,6 +102,8 @@ fn take_extension(json: &mut Value) {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
     use meshopt::{
         EncodeExpMode, encode_filter_color, encode_filter_exp, encode_filter_oct,
@@ -127,7 +129,7 @@ mod tests {
                 ],
                 "extensionsUsed": [name], "extensionsRequired": [name],
             }),
-            buffers: vec![[&[7], stream].concat(), Vec::new()],
+            buffers: vec![[&[7], stream].concat().into(), Arc::default()],
             ..Asset::default()
         }
     }
@@ -140,7 +142,7 @@ mod tests {
         let view = json!({"buffer": 1, "byteOffset": 0, "byteLength": length});
         let sizes = json!([{"byteLength": stream.len() + 1}, {"byteLength": length}]);
         assert_eq!(asset.json, json!({"bufferViews": [view], "buffers": sizes}), "plain");
-        asset.buffers.remove(1)
+        asset.buffers.remove(1).to_vec()
     }
 
     fn error(asset: &mut Asset, limit: MemoryLimit) -> String {

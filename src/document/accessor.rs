@@ -101,7 +101,7 @@ pub(crate) fn measure(asset: &Asset, index: usize) -> Result<[u64; 2]> {
 
 /// The bytes of an accessor without a buffer view, if it may have so many.
 fn zeros(asset: &Asset, at: &str, count: usize, size: usize) -> Result<usize> {
-    let there: usize = asset.buffers.iter().map(Vec::len).sum();
+    let there: usize = asset.buffers.iter().map(|own| own.len()).sum();
     let bytes = count.checked_mul(size).filter(|&bytes| bytes / ZEROS_PER_BYTE <= there);
     bytes.ok_or_else(|| Error::invalid(at, format!("{count} elements without data")))
 }
@@ -239,19 +239,23 @@ impl Elements {
 
     /// All components as floats, normalized integers mapped to 0…1 or −1…1 (glTF 2.0 §3.6.2.2).
     pub fn floats(&self) -> Vec<f32> {
-        self.decode(&self.bytes)
+        self.decode(&self.bytes, self.normalized)
+    }
+
+    /// All components as floats, integers as they are stored.
+    pub(crate) fn stored_floats(&self) -> Vec<f32> {
+        self.decode(&self.bytes, false)
     }
 
     /// The components of one element as floats, as [`Elements::floats`] gives them.
     pub fn row(&self, index: usize) -> Vec<f32> {
-        self.decode(self.element(index))
+        self.decode(self.element(index), self.normalized)
     }
 
-    fn decode(&self, bytes: &[u8]) -> Vec<f32> {
-        let signed = |value: f32, most: f32| {
-            if self.normalized { (value / most).max(-1.0) } else { value }
-        };
-        let unsigned = |value: f32, most: f32| if self.normalized { value / most } else { value };
+    fn decode(&self, bytes: &[u8], normalized: bool) -> Vec<f32> {
+        let signed =
+            |value: f32, most: f32| if normalized { (value / most).max(-1.0) } else { value };
+        let unsigned = |value: f32, most: f32| if normalized { value / most } else { value };
         match self.component {
             ComponentType::I8 => bytes.iter().map(|&b| signed(f32::from(b as i8), 127.0)).collect(),
             ComponentType::U8 => bytes.iter().map(|&b| unsigned(f32::from(b), 255.0)).collect(),

@@ -4,6 +4,8 @@
 //! came, known to us or not. Single objects are read as the types of the gltf crate where they are
 //! needed, by their JSON pointer, which is also how errors name them.
 
+use std::sync::Arc;
+
 use gltf::json;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
@@ -17,8 +19,8 @@ use crate::warning::Warnings;
 pub struct Asset {
     /// The document.
     pub json: Value,
-    /// One per buffer of the document: its bytes.
-    pub buffers: Vec<Vec<u8>>,
+    /// One per buffer of the document: its bytes, which copies of the asset share.
+    pub buffers: Vec<Arc<Vec<u8>>>,
     /// One per image of the document.
     pub images: Vec<EncodedImage>,
     /// Warnings of the reader: things left out, guessed or mended.
@@ -120,7 +122,7 @@ mod tests {
                 {"buffer": 0, "byteOffset": u64::MAX, "byteLength": 2},
                 {"buffer": 3, "byteLength": 2},
             ]}),
-            buffers: vec![vec![0, 1, 2, 3]],
+            buffers: vec![vec![0, 1, 2, 3].into()],
             ..Asset::default()
         };
         assert_eq!(asset.view(0).unwrap().0, [2, 3]);

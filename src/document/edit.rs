@@ -121,12 +121,11 @@ impl Packer {
     /// Adds indices, in 16 bits where they fit; 65,535 itself restarts a primitive.
     pub(crate) fn add_indices(&mut self, indices: &[u32]) -> usize {
         let most = indices.iter().copied().max().unwrap_or_default();
-        let (bytes, component): (Vec<u8>, _) = if index_size(most) == 2 {
-            let bytes = indices.iter().flat_map(|&index| (index as u16).to_le_bytes());
-            (bytes.collect(), ComponentType::U16)
-        } else {
-            (indices.iter().flat_map(|index| index.to_le_bytes()).collect(), ComponentType::U32)
-        };
+        let size = index_size(most);
+        let mut bytes = Vec::with_capacity(size * indices.len());
+        let write = |index: &u32| bytes.extend_from_slice(&index.to_le_bytes()[..size]);
+        indices.iter().for_each(write);
+        let component = if size == 2 { ComponentType::U16 } else { ComponentType::U32 };
         let view = self.add_view(&bytes, Target::Indices, None);
         self.add_accessor(json!({
             "bufferView": view,
@@ -172,7 +171,7 @@ impl Packer {
         if !self.bytes.is_empty() {
             let length = self.bytes.len();
             put(&mut self.asset.json, "buffers", None, json!({"byteLength": length}));
-            self.asset.buffers.push(self.bytes);
+            self.asset.buffers.push(self.bytes.into());
         }
         quantization::list_if_needed(&mut self.asset.json);
         self.asset
@@ -249,8 +248,7 @@ fn type_name(components: usize) -> &'static str {
 pub(crate) fn bounds(elements: &Elements) -> (Vec<f32>, Vec<f32>) {
     let mut low = vec![f32::INFINITY; elements.components];
     let mut high = vec![f32::NEG_INFINITY; elements.components];
-    let raw = Elements { normalized: false, ..elements.clone() };
-    for element in raw.floats().chunks_exact(elements.components) {
+    for element in elements.stored_floats().chunks_exact(elements.components) {
         for (component, &x) in element.iter().enumerate() {
             low[component] = low[component].min(x);
             high[component] = high[component].max(x);
@@ -301,7 +299,7 @@ mod tests {
                 "buffers": [{"byteLength": 4}],
                 "images": [{"uri": "a.png"}],
             }),
-            buffers: vec![vec![1, 2, 3, 4]],
+            buffers: vec![vec![1, 2, 3, 4].into()],
             images: vec![EncodedImage { bytes: vec![9].into(), format: ImageFormat::Png }],
             ..Asset::default()
         }

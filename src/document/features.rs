@@ -64,7 +64,7 @@ impl Numbered {
         let positions = format!("/accessors/{}/count", primitive.accessor("POSITION")?);
         let count = usize::try_from(asset.json.pointer(&positions)?.as_u64()?).ok()?;
         // More vertices than bytes are malformed; beyond 2^24 a float is no whole number.
-        let bytes: usize = asset.buffers.iter().map(Vec::len).sum();
+        let bytes: usize = asset.buffers.iter().map(|own| own.len()).sum();
         let is_sound = primitive.is_surface() && count <= bytes.min(1 << 24);
         let numbers =
             primitive.attributes.iter().filter_map(|(name, _)| name.strip_prefix(ATTRIBUTE));
@@ -95,7 +95,7 @@ fn add_numbers(asset: &mut Asset, count: usize) -> usize {
     let bytes: Vec<u8> = (0..count).flat_map(|number| (number as f32).to_le_bytes()).collect();
     let buffer = asset.buffers.len();
     put(&mut asset.json, "buffers", None, json!({"byteLength": bytes.len()}));
-    asset.buffers.push(bytes);
+    asset.buffers.push(bytes.into());
     let view = json!({"buffer": buffer, "byteLength": 4 * count, "target": 34962});
     put(&mut asset.json, "bufferViews", None, view)
 }
@@ -118,7 +118,7 @@ mod tests {
                     "extensions": {"EXT_mesh_features": {"featureIds": ids}},
                 }]}],
             }),
-            buffers: vec![vec![0; 36]],
+            buffers: vec![vec![0; 36].into()],
             ..Asset::default()
         };
         number_vertices(&mut asset);

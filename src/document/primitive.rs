@@ -201,7 +201,7 @@ mod tests {
                     "type": "SCALAR"}],
                 "bufferViews": [{"buffer": 0, "byteLength": indices.len()}],
             }),
-            buffers: vec![indices.to_vec()],
+            buffers: vec![indices.to_vec().into()],
             ..Asset::default()
         };
         Primitive::of_mesh(&asset, 0)?[0].triangles(&asset, 5)

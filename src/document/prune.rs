@@ -142,7 +142,7 @@ mod tests {
                 "bufferViews": [{"buffer": 0, "byteLength": 3}],
                 "buffers": [{"byteLength": 3}],
             }),
-            buffers: vec![vec![0; 3]],
+            buffers: vec![vec![0; 3].into()],
             images: (0..4).map(image).collect(),
             ..Asset::default()
         }

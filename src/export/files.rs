@@ -7,7 +7,7 @@ use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, utf8_percent_encode};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use super::glb::{container, join_buffers, json_bytes, uri_stem};
+use super::glb::{container, join_buffers, json_bytes, to_glb, uri_stem};
 pub use super::lod_nodes::Layout;
 use crate::compression::squeeze;
 use crate::document::asset::Asset;
@@ -119,7 +119,7 @@ impl OutputOptions {
     pub(crate) fn encode(
         &self,
         stem: &str,
-        documents: &[(String, Asset)],
+        documents: Vec<(String, Asset)>,
     ) -> Result<Vec<(String, Vec<u8>)>> {
         let mut images = Images { folder: format!("{stem}_textures"), files: BTreeMap::new() };
         let uris: Vec<Option<Vec<String>>> = documents
@@ -127,9 +127,9 @@ impl OutputOptions {
             .map(|(_, asset)| (self.format == Format::Gltf).then(|| images.add(asset)))
             .collect();
         let files: Vec<Vec<(String, Vec<u8>)>> = documents
-            .par_iter()
+            .into_par_iter()
             .zip(&uris)
-            .map(|((name, asset), uris)| self.document_files(name, asset, uris.as_deref()))
+            .map(|((name, asset), uris)| self.document_files(&name, &asset, uris.as_deref()))
             .collect::<Result<_>>()?;
         let images = images.files.into_values();
         let images = images.map(|(path, bytes)| (path, bytes.to_vec()));
@@ -143,17 +143,21 @@ impl OutputOptions {
         asset: &Asset,
         uris: Option<&[String]>,
     ) -> Result<Vec<(String, Vec<u8>)>> {
+        if uris.is_none() && !self.compress {
+            return Ok(vec![(format!("{name}.glb"), to_glb(asset)?)]);
+        }
         let joined = join_buffers(asset, uris)?;
         let mut joined = if self.compress { squeeze(&joined)? } else { joined };
         if uris.is_none() {
-            return Ok(vec![(format!("{name}.glb"), container(joined)?)]);
+            return Ok(vec![(format!("{name}.glb"), container(&joined)?)]);
         }
         let bin = format!("{name}.bin");
         if let Some(buffer) = joined.json.pointer_mut("/buffers/0") {
             buffer["uri"] = json!(uri(&bin));
         }
-        let document = (format!("{name}.gltf"), json_bytes(&joined)?);
-        Ok(vec![document, (bin, joined.buffers.into_iter().next().unwrap_or_default())])
+        let document = (format!("{name}.gltf"), json_bytes(&joined.json)?);
+        let buffer = joined.buffers.into_iter().next().map(Arc::unwrap_or_clone);
+        Ok(vec![document, (bin, buffer.unwrap_or_default())])
     }
 }
 
@@ -256,9 +260,9 @@ mod tests {
         let mut asset = document(&[(json!({"bufferView": 0}), b"texels")]);
         asset.json["bufferViews"] =
             json!([{"buffer": 0, "byteLength": 6}, {"buffer": 0, "byteLength": 2}]);
-        asset.buffers = vec![b"texels".to_vec()];
+        asset.buffers = vec![b"texels".to_vec().into()];
         let options = OutputOptions { format: Format::Gltf, ..OutputOptions::default() };
-        let files = options.encode("ship", &[("ship_lod1".into(), asset)]).unwrap();
+        let files = options.encode("ship", vec![("ship_lod1".into(), asset)]).unwrap();
         let names: Vec<&str> = files.iter().map(|(path, _)| path.as_str()).collect();
         assert_eq!(names, ["ship_lod1.gltf", "ship_lod1.bin", "ship_textures/image0.png"]);
         assert_eq!(files[2].1, b"texels");

@@ -86,7 +86,7 @@ impl Document {
         self.add("buffers", json!({"byteLength": self.bytes.len()}));
         Asset {
             json: self.json,
-            buffers: vec![self.bytes],
+            buffers: vec![self.bytes.into()],
             images: self.images,
             warnings: self.warnings,
         }

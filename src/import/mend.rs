@@ -1,6 +1,8 @@
 //! Broken parts of a document that do no harm: unused views that can't be read, and textures without an
 //! image that can.
 
+use std::sync::Arc;
+
 use serde_json::json;
 
 use crate::document::asset::Asset;
@@ -17,7 +19,7 @@ pub(super) fn mend_views(asset: &mut Asset) {
         }
         if asset.buffers.is_empty() {
             put(&mut asset.json, "buffers", None, json!({"byteLength": 0}));
-            asset.buffers.push(Vec::new());
+            asset.buffers.push(Arc::default());
         }
         let what = "it can't be read, and nothing uses it: emptied; take it from the document";
         asset.warnings.add(format_args!("/bufferViews/{index}"), what);

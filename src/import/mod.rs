@@ -163,7 +163,7 @@ fn read_document(bytes: &[u8], folder: &Path, options: ReadOptions) -> Result<As
         let buffer = read_buffer(&mut asset, index, chunk.as_deref(), policy)?;
         let fault = |what| Error::invalid(format!("/buffers/{index}"), what);
         budget.take("all buffers", buffer.len() as u64).map_err(fault)?;
-        asset.buffers.push(buffer);
+        asset.buffers.push(buffer.into());
     }
     mend_views(&mut asset);
     compression::expand(&mut asset, options.memory_limit)?;
@@ -248,7 +248,7 @@ mod tests {
     fn an_embedded_buffer_is_read() {
         let json = r#"{"asset": {"version": "2.0"},
             "buffers": [{"byteLength": 2, "uri": "data:application/octet-stream;base64,AQID"}]}"#;
-        assert_eq!(read_bytes(json.as_bytes(), Path::new("")).unwrap().buffers, [[1, 2]]);
+        assert_eq!(*read_bytes(json.as_bytes(), Path::new("")).unwrap().buffers[0], [1, 2]);
     }
 
     #[test]

@@ -47,7 +47,7 @@ pub(super) fn mend_normals(asset: &mut Asset, limit: MemoryLimit) -> Result<()> 
     }
     if !bytes.is_empty() {
         put(&mut asset.json, "buffers", None, json!({"byteLength": bytes.len()}));
-        asset.buffers.push(bytes);
+        asset.buffers.push(bytes.into());
     }
     Ok(())
 }
@@ -137,7 +137,7 @@ mod tests {
                     {"buffer": 0, "byteOffset": 36, "byteLength": 12, "byteStride": 4}],
                 "buffers": [{"byteLength": 48}],
             }),
-            buffers: vec![bytes],
+            buffers: vec![bytes.into()],
             ..Asset::default()
         }
     }

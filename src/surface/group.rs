@@ -225,7 +225,7 @@ mod tests {
                 {"buffer": 0, "byteOffset": indices, "byteLength": 6}],
             "buffers": [{"byteLength": bytes.len()}],
         });
-        Asset { json, buffers: vec![bytes], ..Asset::default() }
+        Asset { json, buffers: vec![bytes.into()], ..Asset::default() }
     }
 
     fn meshes(nodes: &Value) -> Vec<Vec<usize>> {

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 fn asset(accessor: &Value, views: &Value, bytes: &[u8]) -> Asset {
     Asset {
         json: json!({"accessors": [accessor], "bufferViews": views}),
-        buffers: vec![bytes.to_vec()],
+        buffers: vec![bytes.to_vec().into()],
         ..Asset::default()
     }
 }

@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use super::*;
 use serde_json::json;
 
@@ -14,7 +16,7 @@ fn triangle(node: &Value) -> Asset {
                 "type": "VEC3"}],
             "bufferViews": [{"buffer": 0, "byteLength": 36}],
         }),
-        buffers: vec![corners.iter().flat_map(|x| x.to_le_bytes()).collect()],
+        buffers: vec![Arc::new(corners.iter().flat_map(|x| x.to_le_bytes()).collect())],
         ..Asset::default()
     }
 }
@@ -44,7 +46,7 @@ fn each_instance_of_a_mesh_is_there() {
     }}}));
     let half = std::f32::consts::FRAC_1_SQRT_2;
     let values = [5.0, 6.0, 7.0, 2.0, 2.0, 2.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, half, half];
-    asset.buffers.push(values.iter().flat_map(|x: &f32| x.to_le_bytes()).collect());
+    asset.buffers.push(Arc::new(values.iter().flat_map(|x: &f32| x.to_le_bytes()).collect()));
     for (view, start, length, kind) in [(1, 0, 24, "VEC3"), (2, 24, 32, "VEC4")] {
         let own = json!({"buffer": 1, "byteOffset": start, "byteLength": length});
         asset.json["bufferViews"].as_array_mut().unwrap().push(own);

@@ -60,7 +60,7 @@ impl Beside<'_> {
 /// A hash of all that a document holds.
 fn digest(document: &Asset) -> Result<blake3::Hash> {
     let mut hasher = Hasher::new();
-    hasher.update(&json_bytes(document)?);
+    hasher.update(&json_bytes(&document.json)?);
     let images = document.images.iter().map(|image| &image.bytes[..]);
     for bytes in document.buffers.iter().map(|bytes| &bytes[..]).chain(images) {
         hasher.update(bytes);

@@ -73,7 +73,7 @@ pub fn extract(bytes: &[u8], fineness: Fineness, options: ReadOptions) -> Result
             parts(&surface, header, whole.get(at).map_or(&[], Vec::as_slice))
         })
         .collect();
-    let plain = read_bytes_with(&glb(asset)?, Path::new(""), options)?;
+    let plain = read_bytes_with(&glb(&asset)?, Path::new(""), options)?;
     let asset = with_parts(&plain, &header, &made, &[])?;
     Ok(Extracted { asset, triangles, coarsest, finest, error, missed })
 }
@@ -123,7 +123,7 @@ impl<'a> Container<'a> {
         };
         let blocks = &rest[..length.min(rest.len())];
         remove(&mut json, header.buffer_view, start)?;
-        let buffers = vec![buffer[..start].to_vec()];
+        let buffers = vec![buffer[..start].to_vec().into()];
         Ok(Self { header, asset: Asset { json, buffers, ..Asset::default() }, blocks })
     }
 }
@@ -152,7 +152,7 @@ fn remove(json: &mut Value, view: usize, start: usize) -> Result<()> {
 }
 
 /// A document and its only buffer as a .glb.
-fn glb(asset: Asset) -> Result<Vec<u8>> {
+fn glb(asset: &Asset) -> Result<Vec<u8>> {
     crate::export::glb::container(asset)
 }
 

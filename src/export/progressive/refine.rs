@@ -48,7 +48,7 @@ impl RefinedScene {
         let mut recorder = Recorder::new(header.surfaces.len());
         let read = read_observed(&header, blocks, Fineness::Source, most, &mut recorder)
             .map_err(|damage| Error::invalid(at(), told(damage)))?;
-        let plain = read_bytes_with(&container(asset)?, Path::new(""), options)?;
+        let plain = read_bytes_with(&container(&asset)?, Path::new(""), options)?;
         let mut meshes = Vec::new();
         for (surface, splits) in read.surfaces.iter().zip(&recorder.splits) {
             let mesh = ProgressiveMesh::from_splits(mesh_of(surface), splits)

@@ -1,5 +1,7 @@
 //! A progressive file of an asset.
 
+use std::sync::Arc;
+
 use gltf::json::accessor::ComponentType;
 use seamwise_attr::{Mesh, ProgressiveScene, TriangleId, WedgeId};
 use serde_json::json;
@@ -90,9 +92,9 @@ pub(crate) fn progressive_glb(
 fn embed(asset: &Asset, mut header: Header, blocks: &[u8]) -> Result<Vec<u8>> {
     let mut joined = join_buffers(asset, None)?;
     if joined.buffers.is_empty() {
-        joined.buffers.push(Vec::new());
+        joined.buffers.push(Arc::default());
     }
-    let buffer = &mut joined.buffers[0];
+    let buffer = Arc::make_mut(&mut joined.buffers[0]);
     buffer.resize(buffer.len().next_multiple_of(4), 0);
     let start = buffer.len();
     buffer.extend_from_slice(blocks);
@@ -109,7 +111,7 @@ fn embed(asset: &Asset, mut header: Header, blocks: &[u8]) -> Result<Vec<u8>> {
     }
     joined.json["extensions"][EXTENSION] = extension;
     name_extension(&mut joined.json, EXTENSION);
-    container(joined)
+    container(&joined)
 }
 
 /// The attributes of a part as they come out, those of morph targets last.

@@ -106,7 +106,7 @@ pub fn to_glb(quadrics: &Quadrics) -> Result<Vec<u8>> {
         "buffers": [{"byteLength": lists.bytes.len()}],
         "extensionsUsed": extension, "extensionsRequired": extension,
     });
-    container(&Asset { json, buffers: vec![lists.bytes], ..Asset::default() })
+    container(&Asset { json, buffers: vec![lists.bytes.into()], ..Asset::default() })
 }
 
 /// Where the sphere is for each ellipsoid: turned to its axes and scaled along them.
