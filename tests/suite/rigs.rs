@@ -157,7 +157,7 @@ fn levels_of_a_fox_run_as_it_does() {
 #[ignore = "long: a real head; the gate runs it"]
 fn levels_of_a_face_make_its_faces() {
     let Some((source, baked)) = bake_real("bitmoji", Targets::halves(4)) else { return };
-    let limits = [(0.00044, 0.0068), (0.00104, 0.0115), (0.0018, 0.0185), (0.0029, 0.0312)];
+    let limits = [(0.00044, 0.0068), (0.00104, 0.0115), (0.0018, 0.0210), (0.0029, 0.0312)];
     assert_within("turned hair", &source, &baked, &turns(0), limits);
     let limits = [(0.00026, 0.0081), (0.0007, 0.0125), (0.0014, 0.0195), (0.0026, 0.0215)];
     assert_within("turned head", &source, &baked, &turns(1), limits);
