@@ -71,7 +71,6 @@ mod solve;
 mod space;
 mod stitch;
 mod surface;
-mod table;
 mod tangent;
 #[cfg(test)]
 mod testing;

@@ -6,14 +6,18 @@
 //! each other back to back are taken apart again: see `layers.rs`. Borders that roundings alone keep apart
 //! are made one: see `stitch.rs`.
 
+use std::hash::Hasher;
+
 use glam::Vec3;
+use hashbrown::HashTable;
+use hashbrown::hash_table::Entry;
+use rustc_hash::FxHasher;
 
 use crate::error::{Error, Result};
 use crate::id::{PointId, WedgeId};
 use crate::layers::separate_layers;
 use crate::mesh::Mesh;
 use crate::stitch::{OwnPosition, stitch};
-use crate::table::{Table, hash_words};
 use crate::vertices::Vertices;
 
 /// The result of [`weld`].
@@ -111,12 +115,12 @@ const NONE: (u32, WedgeId) = (0, WedgeId(u32::MAX));
 
 struct Welder<'a> {
     vertices: &'a Vertices,
-    points: Table,
-    wedges: Table,
+    points: HashTable<PointId>,
+    wedges: HashTable<WedgeId>,
     /// Per vertex: the group that it became a wedge in last, and that wedge.
     known: Vec<(u32, WedgeId)>,
-    /// One per point: the class of its motion.
-    motions: Vec<u32>,
+    /// One per point: the vertex that it was made of.
+    point_vertices: Vec<u32>,
     /// One per wedge: its group.
     groups: Vec<u32>,
     welded: Welded,
@@ -130,10 +134,10 @@ impl<'a> Welder<'a> {
         welded.mesh.groups.reserve_exact(vertices.triangles.len());
         Self {
             vertices,
-            points: Table::new(),
-            wedges: Table::new(),
+            points: HashTable::with_capacity(vertices.positions.len()),
+            wedges: HashTable::with_capacity(vertices.positions.len()),
             known: vec![NONE; vertices.positions.len()],
-            motions: Vec::new(),
+            point_vertices: Vec::new(),
             groups: Vec::new(),
             welded,
         }
@@ -151,57 +155,76 @@ impl<'a> Welder<'a> {
         }
     }
 
-    /// The wedge of a vertex: one of its point, its group, its class of what the metric does not see, and the
-    /// bits of its row.
+    /// The wedge of a vertex: one of its point, its group, and what else tells wedges apart.
     fn wedge(&mut self, vertex: u32, group: u32) -> WedgeId {
         let known = self.known[vertex as usize];
         if known != NONE && known.0 == group {
             return known.1;
         }
         let point = self.point(vertex);
-        let Self { vertices, welded, groups, .. } = self;
-        let len = vertices.layout.len();
-        let row = |vertex: u32| &vertices.attributes[vertex as usize * len..][..len];
-        let rest = |vertex: u32| vertices.rest.get(vertex as usize).copied().unwrap_or(0);
-        let (own, own_rest) = (row(vertex), rest(vertex));
-        let words = [point.0, group, own_rest].into_iter().chain(own.iter().map(|&x| bits(x)));
-        let is_same = |wedge: u32| {
-            let other = welded.wedge_vertices[wedge as usize];
-            welded.mesh.wedge_points[WedgeId(wedge)] == point
-                && groups[wedge as usize] == group
-                && rest(other) == own_rest
-                && row(other).iter().map(|&x| bits(x)).eq(own.iter().map(|&x| bits(x)))
+        let Self { vertices, wedges, groups, welded, .. } = self;
+        let key = |point: PointId, group: u32, vertex: u32| {
+            [point.0, group].into_iter().chain(wedge_words(vertices, vertex))
         };
-        let next = welded.wedge_vertices.len() as u32;
-        let wedge = WedgeId(self.wedges.find_or(hash_words(words), is_same, || next));
-        if wedge.0 == next {
-            welded.wedge_vertices.push(vertex);
-            welded.mesh.wedge_points.push(point);
-            welded.mesh.attributes.extend_from_slice(own);
-            groups.push(group);
-        }
+        let own = || key(point, group, vertex);
+        let key_of = |&wedge: &WedgeId| {
+            let at = wedge.index();
+            key(welded.mesh.wedge_points[wedge], groups[at], welded.wedge_vertices[at])
+        };
+        let is_same = |wedge: &WedgeId| key_of(wedge).eq(own());
+        let wedge = match wedges.entry(hash(own()), is_same, |wedge| hash(key_of(wedge))) {
+            Entry::Occupied(known) => *known.get(),
+            Entry::Vacant(free) => {
+                let wedge = *free.insert(WedgeId::new(welded.wedge_vertices.len())).get();
+                welded.wedge_vertices.push(vertex);
+                welded.mesh.wedge_points.push(point);
+                welded.mesh.attributes.extend_from_slice(attributes(vertices, vertex));
+                groups.push(group);
+                wedge
+            }
+        };
         self.known[vertex as usize] = (group, wedge);
         wedge
     }
 
     fn point(&mut self, vertex: u32) -> PointId {
-        let position = self.vertices.positions[vertex as usize];
-        let motion = self.vertices.motion.get(vertex as usize).copied().unwrap_or(0);
-        let key = position.to_array().map(bits);
-        let (positions, motions) = (&mut self.welded.mesh.positions, &mut self.motions);
-        let next = positions.len() as u32;
-        let is_same = |point: u32| {
-            positions[PointId(point)].to_array().map(bits) == key
-                && motions[point as usize] == motion
-        };
-        let hash = hash_words(key.into_iter().chain([motion]));
-        let point = self.points.find_or(hash, is_same, || next);
-        if point == next {
-            positions.push(position);
-            motions.push(motion);
+        let Self { vertices, points, point_vertices, welded, .. } = self;
+        let key_of = |point: &PointId| point_words(vertices, point_vertices[point.index()]);
+        let own = || point_words(vertices, vertex);
+        let is_same = |point: &PointId| key_of(point).eq(own());
+        match points.entry(hash(own()), is_same, |point| hash(key_of(point))) {
+            Entry::Occupied(known) => *known.get(),
+            Entry::Vacant(free) => {
+                let point = *free.insert(PointId::new(point_vertices.len())).get();
+                point_vertices.push(vertex);
+                welded.mesh.positions.push(vertices.positions[vertex as usize]);
+                point
+            }
         }
-        PointId(point)
     }
+}
+
+/// What tells points apart: position, and the class of motion.
+fn point_words(vertices: &Vertices, vertex: u32) -> impl Iterator<Item = u32> {
+    let motion = vertices.motion.get(vertex as usize).copied().unwrap_or(0);
+    vertices.positions[vertex as usize].to_array().map(bits).into_iter().chain([motion])
+}
+
+/// What tells wedges of a point apart: the class of what the metric does not see, and the row of attributes.
+fn wedge_words(vertices: &Vertices, vertex: u32) -> impl Iterator<Item = u32> {
+    let rest = vertices.rest.get(vertex as usize).copied().unwrap_or(0);
+    [rest].into_iter().chain(attributes(vertices, vertex).iter().copied().map(bits))
+}
+
+fn attributes(vertices: &Vertices, vertex: u32) -> &[f32] {
+    let len = vertices.layout.len();
+    &vertices.attributes[vertex as usize * len..][..len]
+}
+
+fn hash(words: impl Iterator<Item = u32>) -> u64 {
+    let mut hasher = FxHasher::default();
+    words.for_each(|word| hasher.write_u32(word));
+    hasher.finish()
 }
 
 /// The bits of a float, with −0 as 0.
