@@ -1,8 +1,11 @@
 //! What a view shows, tile by tile: of each tile the triangles that reach it, and which of them its samples
 //! see.
 //!
-//! A tile's samples stay in the nearest cache while it is drawn and painted, and nothing as large as the
-//! image is kept.
+//! A tile's samples stay in the nearest cache while it is drawn and painted, and no samples of the whole
+//! image are kept.
+//!
+//! Guaranteed: each sample sees the triangle that it would see if the image were drawn as one, to the bit, and
+//! a triangle is in the list of each tile that it may reach. Not guaranteed: that it is seen in all of those.
 
 use super::layer::{Layer, bounds};
 use super::patch::TILE;
