@@ -70,21 +70,36 @@ impl SrgbCurve {
 }
 
 /// Encodes linear light in 0…1 as the nearest 8-bit sRGB value; beyond that range as 0 or 255.
-///
-/// By table, as a power per texel would be most of the time of a mip chain: `STARTS` has the byte at
-/// the beginning of each of 4096 steps of linear light, and a step holds at most two of the `LIMITS`
-/// between bytes.
+#[inline]
 pub fn linear_to_srgb8(linear: f32) -> u8 {
-    static LIMITS: LazyLock<[f32; 255]> = LazyLock::new(|| std::array::from_fn(limit));
-    static STARTS: LazyLock<Vec<u8>> = LazyLock::new(|| {
-        let below = |x: f32| LIMITS.iter().filter(|limit| **limit <= x).count() as u8;
-        (0..=4096u16).map(|step| below(f32::from(step) / 4096.0)).collect()
-    });
-    let mut byte = STARTS[((linear * 4096.0) as usize).min(4096)];
-    while byte < 255 && LIMITS[byte as usize] <= linear {
-        byte += 1;
+    static BYTES: LazyLock<SrgbBytes> = LazyLock::new(SrgbBytes::new);
+    BYTES.encode(linear)
+}
+
+/// The bytes of the sRGB curve by table, as a power per texel would be most of the time of a mip chain.
+struct SrgbBytes {
+    /// The byte at the beginning of each of 4096 steps of linear light, and at their end.
+    starts: [u8; Self::STEPS + 1],
+    /// Per byte the least light of the next; none beyond the last. A step holds at most two of them.
+    limits: [f32; 257],
+}
+
+impl SrgbBytes {
+    const STEPS: usize = 4096;
+
+    fn new() -> Self {
+        let limits = std::array::from_fn(|byte| if byte < 255 { limit(byte) } else { f32::NAN });
+        let below = |x: f32| limits.iter().filter(|limit| **limit <= x).count() as u8;
+        let starts = std::array::from_fn(|step| below(step as f32 / Self::STEPS as f32));
+        Self { starts, limits }
     }
-    byte
+
+    #[inline]
+    fn encode(&self, linear: f32) -> u8 {
+        let start = self.starts[((linear * Self::STEPS as f32) as usize).min(Self::STEPS)];
+        let is_beyond = |limit: usize| u8::from(self.limits[limit] <= linear);
+        start + is_beyond(usize::from(start)) + is_beyond(usize::from(start) + 1)
+    }
 }
 
 /// The least light whose byte by power is more than a byte.
