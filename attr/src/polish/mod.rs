@@ -134,13 +134,18 @@ impl Polish {
         let descended = Descended::new(level, Arc::clone(&fans), guards);
         let sheet = Sheet::new(level, Arc::clone(&fans));
         let mut pairs = Pairs::new(source, &sheet, guards.point_sources, count);
-        for _ in 0..self.rounds {
+        for round in 1..=self.rounds {
             let sheet = Sheet::new(level, Arc::clone(&fans));
             level.positions = positions::fit(source, &sheet, &pairs, &descended, self.damping);
+            if round == self.rounds {
+                // Only attributes are left to be fitted.
+                pairs.leave_edges();
+            }
             pairs = pairs.follow(source, &Sheet::new(level, Arc::clone(&fans)));
         }
         let damping = self.attribute_damping;
-        attributes::fit(source, level, pairs.of_faces(), guards.locked, damping);
+        pairs.leave_edges();
+        attributes::fit(source, level, &pairs.all, guards.locked, damping);
     }
 
     pub(crate) fn check(&self) -> Result<()> {

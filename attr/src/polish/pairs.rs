@@ -166,9 +166,9 @@ impl Pairs {
         apart
     }
 
-    /// Those of samples of triangles, of either surface.
-    pub(super) fn of_faces(&self) -> &[Pair] {
-        &self.all[..self.faces]
+    /// Keeps those of samples of triangles alone: edges count for positions, not for attributes.
+    pub(super) fn leave_edges(&mut self) {
+        self.all.truncate(self.faces);
     }
 
     /// Leaves out what is farther apart than `MAX_SPACINGS` times the mean.
