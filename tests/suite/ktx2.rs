@@ -5,7 +5,7 @@ use image::{DynamicImage, RgbaImage};
 use seamwise::bake::Input;
 use seamwise::bake::options::{BakeOptions, Targets, TextureFiles, Textures};
 use seamwise::export::files::{Layout, OutputOptions};
-use seamwise::transfer::{BakeNormals, TransferOptions};
+use seamwise::transfer::{BakeNormals, Sizes, TransferOptions};
 use serde_json::{Value, json};
 
 use crate::common::build::Build;
@@ -174,6 +174,7 @@ fn colors_of_a_scan_come_back_within_what_nobody_sees() {
     let path = folder.join("scan/popcorn.glb");
     let transfer = Textures::Transfer(TransferOptions {
         format: seamwise::transfer::TextureFormat::Png,
+        sizes: Sizes::Scale(0.5),
         ..TransferOptions::default()
     });
     let targets = Targets::ratios(vec![0.1]).expect("a share");
