@@ -92,6 +92,11 @@ pub(crate) fn transfer_all(
     progress: &Progress,
 ) -> Result<Transfer> {
     let Origin { asset, surfaces, .. } = *origin;
+    if plan.layouts.is_empty() {
+        // Nothing is looked for on the source.
+        let textures = assign(origin, plan, Vec::new(), lods.count())?;
+        return Ok(Transfer { textures, repacked: None, choices: Vec::new() });
+    }
     let tags = source_tags(asset, surfaces, &plan.source_sets(surfaces), &plan.is_free)?;
     let sources = sources(surfaces, &tags);
     let meshes = lods.meshes();
@@ -116,7 +121,7 @@ pub(crate) fn transfer_all(
     let maker = TextureMaker { origin, texel_density, sheets, levels, options, progress };
     let made = maker.run(&sizes)?;
     let choices = choices(&made);
-    let textures = maker.assign(plan, made)?;
+    let textures = assign(origin, plan, made, lods.count())?;
     Ok(Transfer { textures, repacked, choices })
 }
 
@@ -328,52 +333,51 @@ impl TextureMaker<'_> {
         }
         Ok(shares)
     }
+}
 
-    /// The textures of each level.
-    fn assign(&self, plan: &Plan, made: Vec<Vec<Made>>) -> Result<Vec<LevelTextures>> {
-        let surfaces = self.origin.surfaces;
-        let shared = LevelTextures::shared(self.origin.images, surfaces);
-        let merged = plan
-            .merge_groups()
-            .flat_map(|merge_group| merge_group.materials.iter().copied())
-            .collect();
-        let left = Leftovers::of(self.origin.asset, &merged)?.images.into_iter().collect();
-        let mut levels = vec![LevelTextures { left, ..shared }; self.levels.len()];
-        for sheet in made {
-            for (level, made) in levels.iter_mut().zip(sheet) {
-                for (index, image) in made.images {
-                    level.images[index] = image;
-                }
-                level.colors.extend(made.colors);
-                level.normals.extend(made.normals);
-                level.merged.extend(made.merged);
+/// The textures of each of `count` levels, from those that were made of each sheet.
+fn assign(
+    origin: &Origin<'_>,
+    plan: &Plan,
+    made: Vec<Vec<Made>>,
+    count: usize,
+) -> Result<Vec<LevelTextures>> {
+    let surfaces = origin.surfaces;
+    let shared = LevelTextures::shared(origin.images, surfaces);
+    let merged =
+        plan.merge_groups().flat_map(|merge_group| merge_group.materials.iter().copied()).collect();
+    let left = Leftovers::of(origin.asset, &merged)?.images.into_iter().collect();
+    let mut levels = vec![LevelTextures { left, ..shared }; count];
+    for sheet in made {
+        for (level, made) in levels.iter_mut().zip(sheet) {
+            for (index, image) in made.images {
+                level.images[index] = image;
             }
+            level.colors.extend(made.colors);
+            level.normals.extend(made.normals);
+            level.merged.extend(made.merged);
         }
-        let repacked: Vec<&UvLayout> = plan.layouts.iter().filter(|layout| layout.is_new).collect();
-        for level in &mut levels {
-            let gaining = level.normals.iter().flat_map(|own| own.materials.iter().copied());
-            let merged =
-                level.merged.iter().filter(|own| own.has_normals).map(|own| own.materials[0]);
-            let gaining: Vec<usize> = gaining.chain(merged).collect();
-            let is_own = |image: usize| level.images[image] != self.origin.images[image];
-            let sets = plan.level_sets(surfaces, |own| gaining.contains(&own), is_own);
-            for (own, (sets, joins)) in
-                level.parts.iter_mut().zip(sets.iter().zip(&plan.joins.numbers))
-            {
-                for (part, (set, join)) in own.iter_mut().zip(sets.iter().zip(joins)) {
-                    (part.tangents, part.join) = (*set, *join);
-                }
-            }
-            for (layout, charts) in
-                repacked.iter().flat_map(|l| l.charts.iter().map(move |c| (l, c)))
-            {
-                let part = &surfaces[charts.surface].parts[charts.group as usize];
-                level.parts[charts.surface][charts.group as usize].is_repacked = true;
-                if layout.merge_group.is_none() {
-                    level.repacked.extend(materials_of(self.origin.asset, &part.primitive)?);
-                }
-            }
-        }
-        Ok(levels)
     }
+    let repacked: Vec<&UvLayout> = plan.layouts.iter().filter(|layout| layout.is_new).collect();
+    for level in &mut levels {
+        let gaining = level.normals.iter().flat_map(|own| own.materials.iter().copied());
+        let merged = level.merged.iter().filter(|own| own.has_normals).map(|own| own.materials[0]);
+        let gaining: Vec<usize> = gaining.chain(merged).collect();
+        let is_own = |image: usize| level.images[image] != origin.images[image];
+        let sets = plan.level_sets(surfaces, |own| gaining.contains(&own), is_own);
+        for (own, (sets, joins)) in level.parts.iter_mut().zip(sets.iter().zip(&plan.joins.numbers))
+        {
+            for (part, (set, join)) in own.iter_mut().zip(sets.iter().zip(joins)) {
+                (part.tangents, part.join) = (*set, *join);
+            }
+        }
+        for (layout, charts) in repacked.iter().flat_map(|l| l.charts.iter().map(move |c| (l, c))) {
+            let part = &surfaces[charts.surface].parts[charts.group as usize];
+            level.parts[charts.surface][charts.group as usize].is_repacked = true;
+            if layout.merge_group.is_none() {
+                level.repacked.extend(materials_of(origin.asset, &part.primitive)?);
+            }
+        }
+    }
+    Ok(levels)
 }
