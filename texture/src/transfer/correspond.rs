@@ -24,7 +24,7 @@ use super::shading_mesh::{ShadingMesh, ShadingTriangle, SurfacePoint, mix};
 /// Cosine between normals of the level and a source triangle's from which on it lies on the same side.
 const SAME_SIDE: f32 = 0.2;
 /// A place of the own chart counts as the nearest if it is so many texels from it.
-const SLIDE: f32 = 0.2;
+pub(super) const SLIDE: f32 = 0.2;
 
 /// How much farther than the radius and the distance of one of them triangles around points are listed.
 const ROOM: f32 = 1.25;
@@ -41,8 +41,8 @@ pub(super) struct LevelPoint {
     pub(super) group: u32,
     /// The triangle's chart.
     pub(super) chart: u32,
-    /// The side of a texel there, in the units of the mesh.
-    pub(super) texel: f32,
+    /// How near to the nearest place one of its own chart counts as that, in the units of the mesh.
+    pub(super) slide: f32,
 }
 
 impl LevelPoint {
@@ -56,7 +56,7 @@ impl LevelPoint {
             plane: own.plane,
             group: side.mesh.groups[triangle],
             chart: side.charts[triangle],
-            texel: 0.0,
+            slide: 0.0,
         })
     }
 }
@@ -131,7 +131,7 @@ impl<'a> Source<'a> {
             near
         } else {
             let own = |triangle| self.is_in_chart(point, triangle) && faces(triangle);
-            nearest(near.point, SLIDE * point.texel, &own).unwrap_or(near)
+            nearest(near.point, point.slide, &own).unwrap_or(near)
         };
         Some(near.into())
     }
@@ -153,7 +153,7 @@ impl<'a> Source<'a> {
         if self.is_in_chart(point, near.triangle) {
             return Some(near.into());
         }
-        let (from, slide) = (near.point.as_dvec3(), f64::from(SLIDE * point.texel));
+        let (from, slide) = (near.point.as_dvec3(), f64::from(point.slide));
         if !vicinity.covers(from, slide) {
             return None;
         }
@@ -173,7 +173,7 @@ impl<'a> Source<'a> {
     ) {
         let corners = self.side.mesh.triangle_positions(found.triangle);
         let distance = mix(found.barycentrics, corners).distance(point.position);
-        let reach = ROOM * (distance + radius) + SLIDE * point.texel;
+        let reach = ROOM * (distance + radius) + point.slide;
         let is_own = |triangle: TriangleId| self.facets[triangle].group == point.group;
         vicinity.gather(&self.surface, place, f64::from(reach), is_own);
     }
@@ -259,7 +259,7 @@ mod tests {
 
     fn point(position: Vec3, normals: [Vec3; 2]) -> LevelPoint {
         let [smooth, plane] = normals;
-        LevelPoint { position, smooth, plane, group: 0, chart: 0, texel: 0.0 }
+        LevelPoint { position, smooth, plane, group: 0, chart: 0, slide: 0.0 }
     }
 
     #[test]
@@ -295,7 +295,10 @@ mod tests {
         let source = Source::new(ShadingMesh { mesh: &mesh, tangents: &[], charts: &charts });
         let found = |chart, texel| {
             let at = point(Vec3::new(0.3, 0.6, 0.15), [Vec3::Z; 2]);
-            height(&mesh, source.find(&LevelPoint { chart, texel, ..at }, None).unwrap())
+            height(
+                &mesh,
+                source.find(&LevelPoint { chart, slide: SLIDE * texel, ..at }, None).unwrap(),
+            )
         };
         let slide = 0.2 / SLIDE;
         assert_eq!(
@@ -331,7 +334,7 @@ mod tests {
         for step in 0..=200u8 {
             let along = f32::from(step) / 200.0;
             let at = point(Vec3::new(0.3 + 0.4 * along, 0.6, 0.7 * along), [Vec3::Z; 2]);
-            let at = LevelPoint { chart: u32::from(step % 2), texel: 0.2, ..at };
+            let at = LevelPoint { chart: u32::from(step % 2), slide: 0.2 * SLIDE, ..at };
             let alone = source.find(&at, None);
             if let Some(found) = source.find_among(&at, &vicinity) {
                 assert_eq!(Some(found), alone, "{step}");

@@ -4,7 +4,7 @@ use glam::{DVec2, Mat3, Vec2, Vec3, Vec4};
 use image::{ImageBuffer, Pixel};
 use rayon::prelude::*;
 
-use super::correspond::LevelPoint;
+use super::correspond::{LevelPoint, SLIDE};
 use super::level_face::LevelFace;
 use super::owners::Owners;
 use super::places::{BLOCK, Places, Wanted};
@@ -159,7 +159,7 @@ impl Maker<'_> {
             plane: level.triangle.plane,
             group: level.group,
             chart: level.chart,
-            texel: self.texels[index],
+            slide: SLIDE * self.texels[index],
         };
         let center = DVec2::new(at[0] as f64 + 0.5, at[1] as f64 + 0.5);
         let wanted = Wanted { pair: face.pair, owner, face: level, spot, center };
