@@ -6,9 +6,10 @@
 //! cargo bench --bench textures -- --only popcorn --ratios 0.25
 //! ```
 //!
-//! A row a level and way: RMS of lit sRGB luminance, of base color and of distance, bytes of the level's
-//! textures, and the seconds that all levels' textures took. Then the ratios of `auto` to `transfer`, and
-//! to the better of the two others, as geometric means.
+//! The ways: the source's images, filled; own ones in its layout; own ones of levels without its charts
+//! (benches/TEXTURES.md); a choice of the first two. A row a level and way: RMS of lit sRGB luminance, of
+//! base color and of distance, bytes of the level's textures, and the seconds that all levels' textures
+//! took. Then the ratios of `auto` to `transfer`, and to the better of it and `repair`, as geometric means.
 
 use std::path::Path;
 
@@ -17,7 +18,7 @@ use seamwise::bake::options::{BakeOptions, Targets, Textures};
 use seamwise::bake::{Input, bake_in_memory};
 use seamwise::evaluate::{self, Metrics};
 use seamwise::progress::Progress;
-use seamwise::transfer::TransferOptions;
+use seamwise::transfer::{Atlas, TransferOptions};
 
 const ASSETS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/assets");
 const MODELS: [(&str, &str); 6] = [
@@ -58,12 +59,14 @@ struct Arguments {
 }
 
 /// The ways, the chosen one last.
-fn ways() -> [(&'static str, Textures); 3] {
+fn ways() -> [(&'static str, Textures); 4] {
     let transfer = TransferOptions::default();
+    let free = TransferOptions { atlas: Atlas::New, unwraps: true, ..transfer };
     let auto = TransferOptions { chooses: true, ..transfer };
     [
         ("repair", Textures::Repair),
         ("transfer", Textures::Transfer(transfer)),
+        ("free", Textures::Transfer(free)),
         ("auto", Textures::Transfer(auto)),
     ]
 }
@@ -116,7 +119,7 @@ fn main() {
             continue;
         }
         let ways = measure(name, &path, &arguments);
-        for ((repair, transfer), auto) in ways[0].iter().zip(&ways[1]).zip(&ways[2]) {
+        for ((repair, transfer), auto) in ways[0].iter().zip(&ways[1]).zip(&ways[3]) {
             let better = [0, 1].map(|at| auto[at] / repair[at].min(transfer[at]));
             ratios.push([auto[0] / transfer[0], auto[1] / transfer[1], better[0], better[1]]);
         }

@@ -20,7 +20,7 @@ use super::merged_images;
 use super::options::{BakeNormals, TransferOptions};
 use super::original::{Coverage, Origin, Original};
 use super::plan::Plan;
-use super::sizes::TexelDensity;
+use super::sizes::{MOST_SIDE, Sizes, TexelDensity, as_dense};
 use crate::error::{Error, Result};
 use crate::image_file::codec::{decode, dimensions};
 use crate::image_file::encoded::EncodedImage;
@@ -29,8 +29,6 @@ use crate::surface::geometry::Geometry;
 
 /// Levels gain a normal map for a loss of shading from this RMS angle on, in degrees.
 const LOST_SHAPE_DEGREES: f64 = 1.0;
-/// The side of what a source without images could have had: cut to what is seen like any other.
-const BARE_SIDE: usize = 4096;
 
 /// The surfaces of a level, with its textures' UVs.
 pub(super) struct LevelSurfaces<'a> {
@@ -43,7 +41,7 @@ pub(super) struct LevelSurfaces<'a> {
 /// Images of one layout and one size, which are made together.
 pub(super) struct Sheet<'a> {
     pub(super) layout: &'a UvLayout,
-    /// Width and height of the source's images.
+    /// Width and height of the source's images, or of as many texels in a new layout.
     pub(super) size: [usize; 2],
     /// One per entry of the charts of a merged material: texels of the images it is made of, if any.
     pub(super) texels: Vec<Option<f64>>,
@@ -98,7 +96,10 @@ pub(super) fn sheets<'a>(
             sheets.push(merged_sheet(origin, layout, merge_group)?);
         }
         for own in &layout.images {
-            let size = image_size(origin, own.image)?;
+            let mut size = image_size(origin, own.image)?;
+            if layout.is_new && !matches!(options.sizes, Sizes::Scale(_)) {
+                size = as_dense(origin.surfaces, layout, size);
+            }
             let known = sheets[first..].iter().position(|sheet| sheet.size == size);
             let at = known.map_or(sheets.len(), |at| first + at);
             if at == sheets.len() {
@@ -113,7 +114,7 @@ pub(super) fn sheets<'a>(
             }
         }
         if layout.images.is_empty() && layout.merge_group.is_none() {
-            let mut bare = Sheet::empty(layout, [BARE_SIDE; 2]);
+            let mut bare = Sheet::empty(layout, [MOST_SIDE; 2]);
             bare.colors.extend(plan.colors.iter().filter(|own| own.charts == layout.charts));
             let is_own = |own: &&NewNormals| own.like.is_none() && own.charts == layout.charts;
             bare.normals.extend(plan.normals.iter().filter(is_own));

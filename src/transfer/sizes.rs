@@ -14,7 +14,7 @@ use glam::DVec3;
 use seamwise_attr::{Mesh, area_vector};
 use seamwise_texture::transfer::Face;
 
-use super::layout::{ChartGroup, UvLayout, faces};
+use super::layout::{ChartGroup, SourceReading, UvLayout, faces};
 use crate::document::asset::Asset;
 use crate::document::nodes::{largest_stretch, mesh_worlds};
 use crate::error::Result;
@@ -24,7 +24,10 @@ use crate::surface::geometry::Geometry;
 /// The share of a new atlas that charts cover, about.
 const PACKED: f64 = 0.6;
 
-/// Sizes of the images of each level; never larger than the source's.
+/// The side of images in a new layout, at most: what a source of any density shows is cut to what is seen.
+pub(super) const MOST_SIDE: usize = 4096;
+
+/// Sizes of the images of each level.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Sizes {
     /// As large as needed at the size at which the level is shown.
@@ -139,6 +142,20 @@ fn covered(surfaces: &[Geometry], charts: &[ChartGroup]) -> f64 {
         0.5 * (b - a).perp_dot(c - a).abs()
     };
     faces(charts, &meshes).iter().map(area).sum()
+}
+
+/// `size` of the source's images, doubled so often that a new layout shows about as many texels as charts
+/// show of them: more where those overlap or tile.
+pub(super) fn as_dense(surfaces: &[Geometry], layout: &UvLayout, size: [usize; 2]) -> [usize; 2] {
+    let read = layout.charts.iter().enumerate().filter_map(|(at, charts)| {
+        let SourceReading { uv_set, transform, .. } = layout.reading(at)?;
+        Some(ChartGroup { uv_set, transform, ..*charts })
+    });
+    let shown = covered(surfaces, &read.collect::<Vec<_>>());
+    let doublings = ((shown / PACKED).log2() / 2.0).round();
+    let room = (MOST_SIDE as f64 / size[0].max(size[1]) as f64).log2().floor();
+    let times = 2f64.powf(doublings.min(room).max(0.0)) as usize;
+    size.map(|side| side * times)
 }
 
 /// The area of the triangles of some groups.

@@ -99,6 +99,28 @@ fn a_shape_that_charts_cut_is_nearer_without_them_and_looks_as_it_did() {
 }
 
 #[test]
+fn a_new_layout_has_as_many_texels_as_the_source_shows() {
+    // Both halves of the source read all of its texels.
+    let mut shape = torus(48, 24);
+    shape.uvs.iter_mut().for_each(|uv| uv[0] = (2.0 * uv[0] - 1.0).abs());
+    let glb = textured(&shape, &picture(64)).glb();
+    let color = |unwraps: bool, sizes: Sizes| {
+        let own = TransferOptions { atlas: Atlas::New, unwraps, sizes, ..Default::default() };
+        let options =
+            BakeOptions { textures: Textures::Transfer(own), ..options(unwraps, measured()) };
+        let baked = Baked::bytes("mirrored", &glb, &options);
+        let width = baked.level(1).picture(0).width();
+        (width, baked.report.levels[0].metrics.expect("figures").color_rms)
+    };
+    for unwraps in [false, true] {
+        let [(as_before, blurred), (dense, own)] =
+            [Sizes::Scale(1.0), Sizes::Needed].map(|sizes| color(unwraps, sizes));
+        assert_eq!([as_before, dense], [64, 128]);
+        assert!(own < 0.7 * blurred, "{own} of {blurred}");
+    }
+}
+
+#[test]
 fn what_keeps_charts_on_a_surface_keeps_all_of_them() {
     let mut build = balls();
     // Its UVs have no texture to be laid out with.
