@@ -4,7 +4,7 @@
 //! the place that belongs to each: colors as they are encoded in sRGB, with their alpha, data as it is
 //! stored, and directions of shading for normal maps. No mip maps: what is told is what is seen from near by.
 //!
-//! Where UVs have hardly slid, a place in a thousand has nine tenths of the squares: those about seams. So
+//! Where UVs have hardly slid, a place in a thousand has about nine tenths of the squares: those about seams. So
 //! if chance may have told which image is better, several times as many places are looked at. A printed
 //! box at 25 %, shared and own: 0.00177 and 0.00190 at 50,000 places, 0.00136 and 0.00119 at 200,000, 0.00152 and
 //! 0.00124 at 400,000; 4 million samples of the evaluation have 0.00145 and 0.00129.
