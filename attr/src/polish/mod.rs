@@ -134,17 +134,18 @@ impl Polish {
         let descended = Descended::new(level, Arc::clone(&fans), guards);
         let sheet = Sheet::new(level, Arc::clone(&fans));
         let mut pairs = Pairs::new(source, &sheet, guards.point_sources, count);
-        for round in 1..=self.rounds {
+        drop(sheet);
+        for round in 0..self.rounds {
             let sheet = Sheet::new(level, Arc::clone(&fans));
-            level.positions = positions::fit(source, &sheet, &pairs, &descended, self.damping);
-            if round == self.rounds {
-                // Only attributes are left to be fitted.
-                pairs.leave_edges();
+            if round > 0 {
+                pairs = pairs.follow(source, &sheet);
             }
-            pairs = pairs.follow(source, &Sheet::new(level, Arc::clone(&fans)));
+            level.positions = positions::fit(source, &sheet, &pairs, &descended, self.damping);
         }
-        let damping = self.attribute_damping;
+        // Attributes need no edges.
         pairs.leave_edges();
+        let pairs = pairs.follow(source, &Sheet::new(level, fans));
+        let damping = self.attribute_damping;
         attributes::fit(source, level, &pairs.all, guards.locked, damping);
     }
 
