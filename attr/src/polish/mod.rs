@@ -12,7 +12,8 @@
 //! over samples s of the source, with the nearest point of the level at barycentrics b, and the other way
 //! round, each as many times as its place counts (`Options::importance`). n is the normal of the face that
 //! was found, so a sample may slide along it. Edges of the level are sampled as well, for positions: they are
-//! its outline.
+//! its outline. So are its seams, which are to lie on those of the source: there n lies in the surface, across
+//! the seam.
 //!
 //! Samples far beyond the mean distance have lost their counterpart and take no part.
 //!
@@ -23,10 +24,12 @@
 //! distance falls.
 
 mod attributes;
+mod edges;
 mod fans;
 pub(crate) mod influences;
 mod pairs;
 mod positions;
+mod seams;
 mod sheet;
 mod silhouettes;
 mod system;
@@ -40,6 +43,7 @@ use crate::error::{Error, Result};
 use crate::facing::Facing;
 use crate::id::PointId;
 use crate::mesh::Mesh;
+use edges::inner_edges;
 use fans::Fans;
 use pairs::Pairs;
 pub(crate) use pairs::Source;
@@ -131,10 +135,11 @@ impl Polish {
     pub(crate) fn fit(&self, source: &Source<'_>, level: &mut Mesh, guards: &Guards<'_>) {
         let count = self.samples(level.triangles.len());
         let fans = Arc::new(Fans::of(level));
-        let descended = Descended::new(level, Arc::clone(&fans), guards);
         let sheet = Sheet::new(level, Arc::clone(&fans));
-        let mut pairs = Pairs::new(source, &sheet, guards.point_sources, count);
-        drop(sheet);
+        let edges = inner_edges(&sheet);
+        let descended = Descended::new(level, Arc::clone(&fans), &edges, guards);
+        let mut pairs = Pairs::new(source, &sheet, &edges, guards.point_sources, count);
+        drop((sheet, edges));
         for round in 0..self.rounds {
             let sheet = Sheet::new(level, Arc::clone(&fans));
             if round > 0 {

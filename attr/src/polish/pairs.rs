@@ -5,7 +5,9 @@ use std::sync::{Arc, OnceLock};
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::edges::SheetEdge;
 use super::fans::{Fans, NONE};
+use super::seams::{Pull, SeamLines};
 use super::sheet::{Sheet, SurfacePoint};
 use super::silhouettes;
 use crate::id::{PointId, TriangleId};
@@ -44,6 +46,8 @@ pub(crate) struct Source<'a> {
     pub(super) sheet: Sheet<'a>,
     /// Made when a walk was lost for the first time.
     surface: OnceLock<Surface>,
+    /// Made when a level with seams is fitted.
+    seams: OnceLock<SeamLines>,
     /// One per point, or empty if all count alike.
     importance: &'a [f32],
 }
@@ -51,11 +55,20 @@ pub(crate) struct Source<'a> {
 impl<'a> Source<'a> {
     pub(crate) fn new(mesh: &'a Mesh, importance: &'a [f32]) -> Self {
         let sheet = Sheet::new(mesh, Arc::new(Fans::of(mesh)));
-        Self { surface: OnceLock::new(), sheet, importance }
+        Self { surface: OnceLock::new(), seams: OnceLock::new(), sheet, importance }
     }
 
     fn surface(&self) -> &Surface {
         self.surface.get_or_init(|| self.sheet.surface())
+    }
+
+    /// Where `seams` of a level are wanted that has so many samples on a triangle.
+    pub(super) fn pulls(&self, level: &Sheet<'_>, seams: &[SheetEdge], density: f64) -> Vec<Pull> {
+        if seams.is_empty() {
+            return Vec::new();
+        }
+        let lines = self.seams.get_or_init(|| SeamLines::new(&self.sheet));
+        lines.pulls(level, seams, density)
     }
 
     /// How many times a pair counts: its weight, times the importance of its place on the source.
@@ -95,11 +108,12 @@ pub(super) struct Pairs {
 }
 
 impl Pairs {
-    /// Pairs `count` samples of either surface, walking from the points of the source that those of the
+    /// Pairs `count` samples of either surface, and some of the level's `edges`, walking from the points of the source that those of the
     /// level stand for. One without a counterpart, or with a far one, is left out.
     pub(super) fn new(
         source: &Source<'_>,
         level: &Sheet<'_>,
+        edges: &[SheetEdge],
         point_sources: &[PointId],
         count: usize,
     ) -> Self {
@@ -117,7 +131,7 @@ impl Pairs {
         };
         all.extend(samples(level, count, |level_point| meet(level_point, 1.0)));
         let faces = all.len();
-        all.extend(silhouettes::samples(level, count, meet));
+        all.extend(silhouettes::samples(level, edges, count, meet));
         let mut pairs = Self { all, there, faces };
         let apart = pairs.find_lost(source, level);
         pairs.without_far(&apart);
@@ -268,6 +282,7 @@ fn samples(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::polish::edges::inner_edges;
     use crate::testing::grid;
 
     /// A sheet with a spike, too steep for what is flat to be its counterpart.
@@ -283,7 +298,7 @@ mod tests {
         let source = Source::new(&source, &[]);
         let sources: Vec<PointId> = (0..level.positions.len()).map(PointId::new).collect();
         let level = Sheet::new(&level, Arc::new(Fans::of(&level)));
-        let pairs = Pairs::new(&source, &level, &sources, 20_000);
+        let pairs = Pairs::new(&source, &level, &inner_edges(&level), &sources, 20_000);
         let apart =
             |pair: &Pair| source.sheet.place(&pair.source).distance(level.place(&pair.level));
         assert!(pairs.all.len() > 39_000 && pairs.there > 19_500, "{}", pairs.all.len());

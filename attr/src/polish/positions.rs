@@ -6,8 +6,10 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::Guards;
+use super::edges::SheetEdge;
 use super::fans::Fans;
 use super::pairs::{Pairs, Source};
+use super::seams::{Pull, seams};
 use super::sheet::Sheet;
 use super::system::{Element, Graph, Symmetric, System};
 use super::volume::restore;
@@ -29,6 +31,7 @@ pub(super) struct Descended<'a> {
     facing: &'a Facing,
     /// One per triangle: its shell, by the directions that it faces.
     shells: Vec<u32>,
+    seams: Vec<SheetEdge>,
     graph: Graph,
     /// Per point: whether it may move.
     free: Vec<bool>,
@@ -38,13 +41,19 @@ pub(super) struct Descended<'a> {
 }
 
 impl<'a> Descended<'a> {
-    pub(super) fn new(level: &Mesh, fans: Arc<Fans>, guards: &Guards<'a>) -> Self {
+    pub(super) fn new(
+        level: &Mesh,
+        fans: Arc<Fans>,
+        edges: &[SheetEdge],
+        guards: &Guards<'a>,
+    ) -> Self {
         Self {
             positions: level.positions.clone(),
             facing: guards.facing,
             shells: (0..level.triangles.len())
                 .map(|t| guards.facing.shell(guards.point_sources[level.triangle_points(t)[0]]))
                 .collect(),
+            seams: seams(edges),
             graph: Graph::new(fans),
             free: free_points(level, guards.locked),
             rotation_cosine: guards.rotation_cosine,
@@ -54,7 +63,8 @@ impl<'a> Descended<'a> {
     }
 }
 
-/// One round: where the points of the level come to lie, towards where `pairs` have them.
+/// One round: where the points of the level come to lie, towards where `pairs` and the source's seams have
+/// them.
 pub(super) fn fit(
     source: &Source<'_>,
     level: &Sheet<'_>,
@@ -66,11 +76,16 @@ pub(super) fn fit(
     let Descended { graph, free, .. } = descended;
     let by_triangle =
         Buckets::new(pairs.all.iter().map(|pair| pair.level.triangle.0), mesh.triangles.len());
-    let (elements, right): (Vec<_>, Vec<_>) = (0..mesh.triangles.len())
+    let (mut elements, mut right): (Vec<_>, Vec<_>) = (0..mesh.triangles.len())
         .into_par_iter()
         .with_min_len(AT_ONCE)
         .map(|triangle| equations(source, level, pairs, triangle, by_triangle.of(triangle)))
         .unzip();
+    let density = pairs.there as f64 / mesh.triangles.len() as f64;
+    for pull in source.pulls(level, &descended.seams, density) {
+        let at = pull.at.triangle.index();
+        add_pull(&pull, &mut elements[at], &mut right[at]);
+    }
     let damping = damping * source.total_weight(&pairs.all) / mesh.positions.len() as f64;
     let system = System::new(graph, &elements, damping);
     drop(elements);
@@ -121,6 +136,17 @@ fn equations(
     add_outer(&mut element, normal, &products);
     (0..3).for_each(|slot| right[slot] -= normal * offsets[slot]);
     (element, right.map(DVec3::as_vec3))
+}
+
+/// Adds the normal equations of a point of a seam.
+fn add_pull(pull: &Pull, element: &mut Element<Symmetric>, right: &mut [Vec3; 3]) {
+    let b = pull.at.barycentrics();
+    let mut products = Element::default();
+    products.add(b, pull.weight);
+    add_outer(element, pull.across, &products);
+    for (slot, right) in right.iter_mut().enumerate() {
+        *right -= (pull.across * (b[slot] * pull.weight * pull.off)).as_vec3();
+    }
 }
 
 /// Adds products of barycentrics, each times n nᵀ.

@@ -16,12 +16,10 @@
 //! | 3 | 0.979 | 1.193 | 1.183 |
 //! | 0.2, each by the inverse of its distance | 0.945 | 1.014 | 1.056 |
 
-use glam::DVec3;
 use rayon::prelude::*;
 
+use super::edges::SheetEdge;
 use super::sheet::{Sheet, SurfacePoint};
-use crate::edges::{Side, visit_edges};
-use crate::id::TriangleId;
 
 /// What all samples of edges count beside all samples of triangles.
 const WEIGHT: f64 = 0.1;
@@ -30,24 +28,25 @@ const SAMPLES: f64 = 0.4;
 /// Edges that one thread samples at least.
 const AT_ONCE: usize = 64;
 
-/// Samples of the edges of `level` where two triangles meet, each with how many samples of triangles it
-/// counts for, of which there are `count`; made into what `meet` says. None if all is flat.
+/// Samples of `edges` of `level`, each with how many samples of triangles it counts for, of which there are
+/// `count`; made into what `meet` says. None if all is flat.
 pub(super) fn samples<T: Send>(
     level: &Sheet<'_>,
+    edges: &[SheetEdge],
     count: usize,
     meet: impl Fn(SurfacePoint, f32) -> T + Sync,
 ) -> Vec<T> {
     let triangles = level.fans.triangles.len();
     let steps = (SAMPLES * count as f64 / triangles.max(1) as f64).ceil() as usize;
-    let edges = edges(level);
-    let total: f64 = edges.iter().map(|edge| edge.weight).sum();
+    let weights: Vec<f64> = edges.iter().map(|edge| weight(level, edge)).collect();
+    let total: f64 = weights.iter().sum();
     if total == 0.0 {
         return Vec::new();
     }
     let scale = WEIGHT * count as f64 / (total * steps as f64);
-    let all = edges.par_iter().with_min_len(AT_ONCE);
-    all.flat_map_iter(|edge| {
-        let weight = (edge.weight * scale) as f32;
+    let all = edges.par_iter().zip(&weights).with_min_len(AT_ONCE);
+    all.flat_map_iter(|(edge, weight)| {
+        let weight = (weight * scale) as f32;
         (0..steps)
             .map(|step| edge.at((step as f64 + 0.5) / steps as f64))
             .map(move |at| (at, weight))
@@ -56,54 +55,29 @@ pub(super) fn samples<T: Send>(
     .collect()
 }
 
-/// An edge, as a side of one of its triangles.
-struct Edge {
-    triangle: TriangleId,
-    /// The slots of its ends.
-    slots: [usize; 2],
-    /// Its length times the angle between its triangles.
-    weight: f64,
-}
-
-impl Edge {
-    /// The point at a share of the way along.
-    fn at(&self, share: f64) -> SurfacePoint {
-        let mut barycentrics = DVec3::ZERO;
-        barycentrics[self.slots[0]] = 1.0 - share;
-        barycentrics[self.slots[1]] = share;
-        SurfacePoint::new(self.triangle, barycentrics)
-    }
-}
-
-/// The edges of two triangles each, in the order of their points.
-fn edges(level: &Sheet<'_>) -> Vec<Edge> {
-    let mut edges = Vec::new();
-    visit_edges(level.mesh, |_, sides: &[Side]| {
-        let [(ends, first), (_, second)] = *sides else { return };
-        let triangle = TriangleId::new(first);
-        let own = level.fans.triangles[first];
-        let slot = |point: u32| own.iter().position(|&p| p == point);
-        let [Some(from), Some(to)] = ends.map(|point| slot(point.0)) else { return };
-        let corners = level.corners(triangle);
-        let [a, b] = [triangle, TriangleId::new(second)].map(|t| level.normal(t));
-        let weight = corners[from].distance(corners[to]) * a.cross(b).length().atan2(a.dot(b));
-        edges.push(Edge { triangle, slots: [from, to], weight });
-    });
-    edges
+/// The length of an edge times the angle between its triangles.
+fn weight(level: &Sheet<'_>, edge: &SheetEdge) -> f64 {
+    let [a, b] = [edge.triangle, edge.other].map(|t| level.normal(t));
+    edge.vector(level).length() * a.cross(b).length().atan2(a.dot(b))
 }
 
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;
 
+    use glam::DVec3;
+
     use super::*;
     use crate::mesh::Mesh;
+    use crate::polish::edges::inner_edges;
     use crate::polish::fans::Fans;
     use crate::testing::{grid, sphere};
 
     fn all(mesh: &Mesh, count: usize) -> Vec<(DVec3, f64)> {
         let sheet = Sheet::new(mesh, Arc::new(Fans::of(mesh)));
-        samples(&sheet, count, |at, weight| (sheet.place(&at), f64::from(weight)))
+        samples(&sheet, &inner_edges(&sheet), count, |at, weight| {
+            (sheet.place(&at), f64::from(weight))
+        })
     }
 
     #[test]

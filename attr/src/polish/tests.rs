@@ -13,6 +13,21 @@ use crate::sample::sample_surface;
 use crate::shape::{folds, turns};
 use crate::surface::Surface;
 use crate::testing::{sphere, surface};
+use crate::{Vertices, weld};
+
+/// A mesh in two groups, with wedges of their own, that meet at x = 0.5.
+pub(super) fn parted(mesh: &Mesh) -> Mesh {
+    let middle = |t: usize| mesh.triangle_positions(t).iter().map(|p| p.x / 3.0).sum::<f32>();
+    let vertices = Vertices {
+        layout: mesh.layout,
+        positions: mesh.wedge_points.iter().map(|&point| mesh.positions[point]).collect(),
+        triangles: mesh.triangles.iter().map(|wedges| wedges.map(|wedge| wedge.0)).collect(),
+        groups: (0..mesh.triangles.len()).map(|t| u32::from(middle(t) > 0.5)).collect(),
+        attributes: mesh.attributes.clone(),
+        ..Vertices::default()
+    };
+    weld(&vertices).expect("a sound mesh").mesh
+}
 
 fn descend(mesh: &Mesh, share: f64) -> Vec<Level> {
     let target = (mesh.triangles.len() as f64 * share) as usize;
@@ -70,6 +85,25 @@ fn attributes_follow_their_surface() {
     });
     let worst = moved.fold(0.0f32, f32::max);
     assert!(worst < 0.01, "{worst}");
+}
+
+#[test]
+fn a_seam_that_has_moved_over_what_is_flat_comes_back() {
+    let mesh = parted(&surface(40, |x, y| Vec3::new(x, y, 0.0)));
+    let mut level = descend(&mesh, 0.2);
+    let mut seam = Vec::new();
+    visit_edges(&level[0].mesh, |kind, sides| {
+        seam.extend(sides[0].0.into_iter().filter(|_| kind == EdgeKind::Seam));
+    });
+    let inside = |p: &Vec3| p.y > 0.01 && p.y < 0.99;
+    seam.retain(|&p| inside(&level[0].mesh.positions[p]));
+    assert!(seam.len() > 4, "{}", seam.len());
+    for &point in &seam {
+        level[0].mesh.positions[point].x = 0.508;
+    }
+    let after = polished(&mesh, &level).remove(0).mesh;
+    let worst = seam.iter().map(|&p| (after.positions[p].x - 0.5).abs()).fold(0.0, f32::max);
+    assert!(worst < 0.7 * 0.008, "{worst}");
 }
 
 #[test]
