@@ -16,6 +16,7 @@ mod bare;
 mod candidates;
 mod choice;
 mod encode;
+mod finish;
 mod image_uses;
 mod join_primitives;
 mod layout;

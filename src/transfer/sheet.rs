@@ -2,17 +2,17 @@
 
 use std::sync::atomic::AtomicUsize;
 
-use image::{ColorType, DynamicImage};
+use image::ColorType;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use seamwise_attr::Mesh;
+use seamwise_texture::Role;
 use seamwise_texture::transfer::{
     Gained, Job, Output, Pair, Picture, Reading, Transferred, transfer,
 };
-use seamwise_texture::{Role, Validity, keep_coverage, repair};
 
-use super::choice::{Measured, TextureChoice, smaller};
-use super::encode::{store, store_to_read};
+use super::choice::{Measured, TextureChoice};
+use super::finish::Finish;
 use super::layout::{
     ChartGroup, ImageUse, MergeGroup, NewColors, NewNormals, SourceReading, UvLayout, faces,
 };
@@ -53,7 +53,7 @@ pub(super) struct Sheet<'a> {
 }
 
 /// The images of a sheet for one level.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Made {
     pub(super) size: [usize; 2],
     /// The images, each with the index of the one that it replaces.
@@ -243,63 +243,21 @@ impl Sheet<'_> {
         let job = Job { pairs, faces, size, wrap, is_in_place, outputs, gained };
         let Transferred { images, normal_degrees_rms } =
             transfer(&job, rows).map_err(Error::internal)?;
-        let coverage = |output: usize| {
-            originals.get(output).filter(|_| merge_group.is_none()).and_then(|own| own.coverage)
-        };
-        let fill = |at: usize, mut image: DynamicImage, validity: &Validity| {
-            if let Some(Coverage { cutoff, share }) = coverage(at) {
-                keep_coverage(&mut image, validity, cutoff, share).map_err(Error::internal)?;
-            }
-            repair(&mut image, outputs[at].role, validity, wrap).map_err(Error::internal)?;
-            Ok(image)
-        };
         let is_lost =
             options.bake_normals == BakeNormals::On || normal_degrees_rms >= LOST_SHAPE_DEGREES;
-        let is_wanted = |at: usize| at < first || is_lost;
-        let format = (options.format, options.quality);
-        let before = |at: usize| self.images.get(at).map(|own| &origin.asset.images[own.image]);
-        let none = Made {
-            size,
-            images: vec![],
-            colors: vec![],
-            normals: vec![],
-            merged: None,
-            measured: vec![],
-            choices: vec![],
-        };
-        if options.chooses && is_in_place && merge_group.is_none() {
-            let candidates = |(at, image): (usize, &(DynamicImage, Validity))| {
-                let one = |(image, validity): (DynamicImage, Validity)| {
-                    let image = fill(at, image, &validity)?;
-                    store_to_read(&image, outputs[at].role, before(at), format, origin.limit)
-                };
-                let smaller = smaller(image, outputs[at].role, (is_wanted(at), options.in_blocks))?;
-                smaller.into_par_iter().map(one).collect::<Result<Vec<_>>>()
-            };
-            let stored = images.par_iter().enumerate().map(candidates);
-            let mut stored = stored.collect::<Result<Vec<_>>>()?;
-            stored.resize_with(outputs.len(), Vec::new);
-            let measured = self.measure(&job, stored, origin, options.in_blocks)?;
-            return Ok(Made { measured, ..none });
-        }
-        let filled = images.into_par_iter().enumerate();
-        let filled = filled.map(|(at, (image, validity))| fill(at, image, &validity));
-        let filled = filled.collect::<Result<Vec<_>>>()?;
-        if let Some(merge_group) = merge_group {
-            let (had, gains) = (gains, gains && is_lost);
-            let merged =
-                merged_images::finish(merge_group, originals, (&filled, had), gains, format)?;
-            return Ok(Made { merged: Some(merged), ..none });
-        }
-        let stored = |(at, image): (usize, &DynamicImage)| match is_wanted(at) {
-            true => store(image, outputs[at].role, before(at), format).map(Some),
-            false => Ok(None),
-        };
-        let stored: Vec<Option<EncodedImage>> =
-            filled.par_iter().enumerate().map(stored).collect::<Result<_>>()?;
-        let mut made = none;
-        for (at, image) in stored.into_iter().enumerate() {
-            self.put(&mut made, at, image);
+        let finish =
+            Finish { sheet: self, origin, originals, options, outputs, gained: first, is_lost };
+        let mut made = Made { size, ..Made::default() };
+        match merge_group {
+            Some(group) => made.merged = Some(finish.merged(group, images)?),
+            None if options.chooses && is_in_place => {
+                made.measured = finish.candidates(&job, &images)?;
+            }
+            None => {
+                for (at, image) in finish.files(images)?.into_iter().enumerate() {
+                    self.put(&mut made, at, image);
+                }
+            }
         }
         Ok(made)
     }
