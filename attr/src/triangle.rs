@@ -68,39 +68,63 @@ pub fn closest_on_triangle(p: DVec3, corners: &[Vec3; 3]) -> (DVec3, DVec3, f64)
     (best.0, p + best.1, best.2)
 }
 
-/// The squared distance of a triangle to the origin, for costs: several times as fast, and off by
-/// more where the triangle is nearly a line.
-///
-/// The regions of the plane that belong to the corners, to the edges and to the inside are told
-/// apart by dot products (Ericson, "Real-time collision detection", 2005, §5.1.5).
-#[inline]
-pub(crate) fn square_to_origin([a, b, c]: [DVec3; 3]) -> f64 {
-    let (ab, ac) = (b - a, c - a);
-    let [(ab_a, ac_a), (ab_b, ac_b), (ab_c, ac_c)] = [a, b, c].map(|p| (-ab.dot(p), -ac.dot(p)));
-    if ab_a <= 0.0 && ac_a <= 0.0 {
-        return a.length_squared();
+/// A triangle as seen from one of its corners, for costs: squared distances to it take a fraction of the time
+/// of [`closest_on_triangle`], and are off by more where it is nearly a line.
+pub(crate) struct FromCorner {
+    /// The other corners.
+    u: DVec3,
+    v: DVec3,
+    uu: f64,
+    uv: f64,
+    vv: f64,
+}
+
+impl FromCorner {
+    /// The triangle of the origin, `u` and `v`.
+    #[inline]
+    pub(crate) fn new(u: DVec3, v: DVec3) -> Self {
+        Self { u, v, uu: u.length_squared(), uv: u.dot(v), vv: v.length_squared() }
     }
-    if ab_b >= 0.0 && ac_b <= ab_b {
-        return b.length_squared();
+
+    /// The squared distance of a place.
+    ///
+    /// The regions of the plane that belong to the corners, to the edges and to the inside are told
+    /// apart by dot products (Ericson, "Real-time collision detection", 2005, §5.1.5): how far the place is
+    /// along `u` and `v`, from the origin and from the ends of both.
+    ///
+    /// Always inlined: as a call it waits for its arguments to come back from memory, and a descent of a
+    /// million triangles takes 1.08 of the time.
+    #[inline(always)]
+    pub(crate) fn square_to(&self, place: DVec3) -> f64 {
+        let Self { u, v, uu, uv, vv } = *self;
+        let (along_u, along_v) = (place.dot(u), place.dot(v));
+        if along_u <= 0.0 && along_v <= 0.0 {
+            return place.length_squared();
+        }
+        let (u_from_u, v_from_u) = (along_u - uu, along_v - uv);
+        if u_from_u >= 0.0 && v_from_u <= u_from_u {
+            return place.distance_squared(u);
+        }
+        let (u_from_v, v_from_v) = (along_u - uv, along_v - vv);
+        if v_from_v >= 0.0 && u_from_v <= v_from_v {
+            return place.distance_squared(v);
+        }
+        let of_v = along_u * v_from_u - u_from_u * along_v;
+        if of_v <= 0.0 && along_u >= 0.0 && u_from_u <= 0.0 && uu > 0.0 {
+            return place.distance_squared(u * (along_u / uu));
+        }
+        let of_u = u_from_v * along_v - along_u * v_from_v;
+        if of_u <= 0.0 && along_v >= 0.0 && v_from_v <= 0.0 && vv > 0.0 {
+            return place.distance_squared(v * (along_v / vv));
+        }
+        let of_origin = u_from_u * v_from_v - u_from_v * v_from_u;
+        let (to_v, to_u) = (v_from_u - u_from_u, u_from_v - v_from_v);
+        if of_origin <= 0.0 && to_v >= 0.0 && to_u >= 0.0 && to_v + to_u > 0.0 {
+            return place.distance_squared(u + (v - u) * (to_v / (to_v + to_u)));
+        }
+        let whole = 1.0 / (of_origin + of_u + of_v);
+        place.distance_squared(u * (of_u * whole) + v * (of_v * whole))
     }
-    if ac_c >= 0.0 && ab_c <= ac_c {
-        return c.length_squared();
-    }
-    let of_c = ab_a * ac_b - ab_b * ac_a;
-    if of_c <= 0.0 && ab_a >= 0.0 && ab_b <= 0.0 && ab_a > ab_b {
-        return (a + ab * (ab_a / (ab_a - ab_b))).length_squared();
-    }
-    let of_b = ab_c * ac_a - ab_a * ac_c;
-    if of_b <= 0.0 && ac_a >= 0.0 && ac_c <= 0.0 && ac_a > ac_c {
-        return (a + ac * (ac_a / (ac_a - ac_c))).length_squared();
-    }
-    let of_a = ab_b * ac_c - ab_c * ac_b;
-    let (to_c, to_b) = (ac_b - ab_b, ab_c - ac_c);
-    if of_a <= 0.0 && to_c >= 0.0 && to_b >= 0.0 && to_c + to_b > 0.0 {
-        return (b + (c - b) * (to_c / (to_c + to_b))).length_squared();
-    }
-    let whole = 1.0 / (of_a + of_b + of_c);
-    (a + ab * (of_b * whole) + ac * (of_c * whole)).length_squared()
 }
 
 #[cfg(test)]
@@ -160,12 +184,12 @@ mod tests {
             const STEPS: u32 = 64;
             let p = p.as_dvec3();
             let (weights, point, square) = closest_on_triangle(p, &corners);
-            let fast = square_to_origin(corners.map(|corner| corner.as_dvec3() - p));
+            let [a, b, c] = corners.map(Vec3::as_dvec3);
+            let fast = FromCorner::new(b - a, c - a).square_to(p - a);
             prop_assert!((fast - square).abs() <= 1e-9 * (1.0 + square), "{fast} {square}");
             prop_assert!(weights.min_element() >= 0.0);
             prop_assert!((weights.x + weights.y + weights.z - 1.0).abs() < 1e-14);
             prop_assert!((p.distance_squared(point) - square).abs() < 1e-12);
-            let [a, b, c] = corners.map(Vec3::as_dvec3);
             prop_assert!((a * weights.x + b * weights.y + c * weights.z).distance(point) < 1e-12);
             let mut best = f64::INFINITY;
             for i in 0..=STEPS {

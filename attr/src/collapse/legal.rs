@@ -22,7 +22,7 @@ use crate::metric::Metric;
 use crate::settings::Cost;
 use crate::shape::{folds, is_worse_sliver, turns};
 use crate::topology::{Topology, on_outline};
-use crate::triangle::square_to_origin;
+use crate::triangle::FromCorner;
 
 /// The cost of an end that comes off the surface, beside its quadric.
 ///
@@ -88,14 +88,19 @@ impl Plan {
     /// The squared distances of the ends to the triangles around `position`, times the area that
     /// each end stands for, summed.
     fn exposure(&self, metric: &Metric, position: DVec3) -> f64 {
-        let off = |end: DVec3| {
-            let tip = position - end;
-            let squares =
-                self.star.iter().map(|[a, b]| square_to_origin([tip, *a - end, *b - end]));
-            squares.fold(f64::INFINITY, f64::min)
-        };
-        let ends = self.points.iter().map(|&point| metric.positions[point]);
-        ends.zip(&self.areas).map(|(end, area)| area * off(end)).sum()
+        let mut sum = 0.0;
+        for (pair, areas) in self.points.chunks(2).zip(self.areas.chunks(2)) {
+            let ends = [pair[0], pair[pair.len() - 1]].map(|end| metric.positions[end] - position);
+            let mut squares = ends.map(DVec3::length_squared);
+            for [a, b] in &self.star {
+                let triangle = FromCorner::new(*a - position, *b - position);
+                for (square, end) in squares.iter_mut().zip(ends) {
+                    *square = square.min(triangle.square_to(end));
+                }
+            }
+            sum += areas.iter().zip(squares).map(|(area, square)| area * square).sum::<f64>();
+        }
+        sum
     }
 
     /// Whether the surface stays a surface, by the rules of the topology.

@@ -161,39 +161,43 @@ impl<'a> Sheet<'a> {
         let mut best = self.closest(start, p);
         let mut is_end = false;
         for _ in 0..STEPS {
-            let next = self.nearer(best, p, normal);
-            is_end = next.triangle == best.triangle;
+            let from = best.triangle;
+            self.step(&mut best, p, normal);
+            is_end = best.triangle == from;
             if is_end {
                 break;
             }
-            best = next;
         }
         (SurfacePoint::new(best.triangle, best.weights), is_end)
     }
 
-    /// The nearest of the triangles that meet at the foot `best`.
-    fn nearer(&self, best: Step, p: DVec3, normal: Vec3) -> Step {
-        let points = self.fans.triangles[best.triangle.index()];
-        let better = |best: Step, t: TriangleId| {
-            if t == best.triangle || !self.faces(t, normal) {
-                return best;
+    /// Goes to the nearest of the triangles that meet at the foot `best`.
+    #[inline]
+    fn step(&self, best: &mut Step, p: DVec3, normal: Vec3) {
+        let (from, is_zero) = (best.triangle, best.weights.to_array().map(|weight| weight == 0.0));
+        let points = self.fans.triangles[from.index()];
+        let mut look = |t: TriangleId| {
+            if t != from && self.faces(t, normal) {
+                let next = self.closest(t, p);
+                if next.square < best.square {
+                    *best = next;
+                }
             }
-            let next = self.closest(t, p);
-            if next.square < best.square { next } else { best }
         };
-        let across = |best: Step, slot: usize| {
-            self.fans.at_edge(points[(slot + 1) % 3], points[(slot + 2) % 3]).fold(best, better)
-        };
-        let is_zero = best.weights.to_array().map(|weight| weight == 0.0);
         let corner = (0..3).find(|&slot| is_zero[(slot + 1) % 3] && is_zero[(slot + 2) % 3]);
         match corner.map(|slot| self.fans.corners(points[slot])) {
-            Some(fan) if fan.len() <= MAX_FAN => fan.map(CornerId::triangle).fold(best, better),
-            _ => (0..3).filter(|&slot| is_zero[slot]).fold(best, across),
+            Some(fan) if fan.len() <= MAX_FAN => fan.map(CornerId::triangle).for_each(look),
+            _ => {
+                for slot in (0..3).filter(|&slot| is_zero[slot]) {
+                    let across = self.fans.at_edge(points[(slot + 1) % 3], points[(slot + 2) % 3]);
+                    across.for_each(&mut look);
+                }
+            }
         }
     }
 
     /// The nearest point of a triangle: at once if it lies inside, as most do.
-    #[inline]
+    #[inline(always)]
     fn closest(&self, triangle: TriangleId, p: DVec3) -> Step {
         let [a, b, c] = self.corners(triangle);
         let (ab, ac, ap) = (b - a, c - a, p - a);

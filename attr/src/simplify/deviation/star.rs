@@ -6,7 +6,7 @@ use crate::collapse::Plan;
 use crate::id::PointId;
 use crate::metric::Metric;
 use crate::topology::Topology;
-use crate::triangle::square_to_origin;
+use crate::triangle::FromCorner;
 
 /// The triangles around a merged point.
 pub(super) struct Star<'a> {
@@ -37,10 +37,10 @@ impl<'a> Star<'a> {
     /// `limit` to those around their other points too; and which of the points it is nearest to is to
     /// carry it.
     pub(super) fn nearest(&self, place: DVec3, limit: f64) -> (f64, PointId) {
-        let from = |p: DVec3| p - place;
         let mut best = (f64::INFINITY, self.points[0]);
         for &(ends, [a, b]) in &self.rim {
-            let square = square_to_origin([from(self.position), from(a), from(b)]);
+            let triangle = FromCorner::new(a - self.position, b - self.position);
+            let square = triangle.square_to(place - self.position);
             if square < best.0 {
                 let corners = [(self.points[0], self.position), (ends[0], a), (ends[1], b)];
                 best = (square, nearest_corner(place, corners));
@@ -71,7 +71,7 @@ pub(super) fn search_around(
             continue;
         }
         let p = points.map(|point| metric.positions[point]);
-        let square = square_to_origin(p.map(|p| p - place));
+        let square = FromCorner::new(p[1] - p[0], p[2] - p[0]).square_to(place - p[0]);
         if square < best.0 {
             *best = (square, nearest_corner(place, [0, 1, 2].map(|k| (points[k], p[k]))));
         }
