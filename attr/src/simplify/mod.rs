@@ -6,6 +6,7 @@ mod deviation;
 mod evaluated;
 mod loops;
 mod pairs;
+mod redo;
 mod reference;
 mod results;
 mod shells;
@@ -20,10 +21,10 @@ use crate::item::Item;
 use crate::marks::Marks;
 use crate::mesh::{Layout, Mesh};
 use crate::metric::Metric;
-use crate::progressive::log::{Log, Names};
+use crate::progressive::log::Log;
 use crate::queue::Queue;
 use crate::rank::{edge_bounds, rank_all};
-use crate::settings::{Cost, Limits, Placement};
+use crate::settings::{Cost, Limits};
 use crate::topology::Topology;
 use crate::working_mesh::WorkingMesh;
 use crowd::Crowd;
@@ -31,6 +32,7 @@ pub(crate) use crowd::MAX_CARD_SCALE;
 use deviation::DeviationGuard;
 use evaluated::Evaluated;
 use pairs::Pairs;
+pub(crate) use redo::Step;
 pub(crate) use steps::REBUILD_SHARE;
 pub use stop::Stop;
 
@@ -84,12 +86,26 @@ pub(crate) struct Descent<'a> {
     error: f64,
     /// The collapses so far, if they are kept on record.
     log: Option<Log>,
+    /// The steps so far, if they are to be taken again.
+    steps: Option<Vec<Step>>,
 }
 
 impl<'a> Descent<'a> {
     /// `working` was made from `source`. Edges with a point that is `locked`, here or by the options,
     /// stay as they are. `max_error` is in the units of the metric.
     pub(crate) fn new(
+        source: &'a Mesh,
+        working: WorkingMesh,
+        locked: Vec<bool>,
+        max_error: f64,
+    ) -> Self {
+        let mut own = Self::unranked(source, working, locked, max_error);
+        own.queue = rank_all(&own.topology, &own.metric, &own.bounds, &own.locked);
+        own
+    }
+
+    /// The same with nothing in the queue.
+    pub(crate) fn unranked(
         source: &'a Mesh,
         working: WorkingMesh,
         mut locked: Vec<bool>,
@@ -107,7 +123,7 @@ impl<'a> Descent<'a> {
         Self {
             source,
             layout: source.layout,
-            queue: rank_all(&topology, &working.metric, &bounds, &locked),
+            queue: Queue::default(),
             evaluated: Evaluated::new(&bounds, points),
             bounds,
             metric: working.metric,
@@ -128,6 +144,7 @@ impl<'a> Descent<'a> {
             crowd,
             error: working.error,
             log: working.log,
+            steps: None,
             topology,
         }
     }
@@ -156,11 +173,6 @@ impl<'a> Descent<'a> {
     /// Triangles now.
     pub(crate) fn triangles(&self) -> usize {
         self.topology.live_count()
-    }
-
-    /// The least key in the queue, infinite if it is empty.
-    pub(crate) fn least(&self) -> f64 {
-        self.queue.least()
     }
 
     /// Root of the largest area-weighted cost of any collapse so far, in the units of the mesh.
@@ -283,19 +295,13 @@ impl<'a> Descent<'a> {
     fn apply(&mut self, Candidate { cost, position }: Candidate) -> Result<usize, Stop> {
         self.record_error(cost, self.plan.weight())?;
         let (before, kept) = (self.triangles(), self.plan.points()[0]);
-        if let Some(log) = &mut self.log {
-            log.begin(&self.plan, Names::of(&self.point_sources, &self.wedge_sources));
+        if let Some(steps) = &mut self.steps {
+            steps.push(Step::merge(&self.plan, position, self.error));
         }
-        self.pass_on_sources(position);
         if let Some(guard) = &mut self.guard {
             guard.keep(&self.plan);
         }
-        self.plan.apply(&mut self.topology, &mut self.metric, position);
-        if let Some(log) = &mut self.log {
-            let names = Names::of(&self.point_sources, &self.wedge_sources);
-            let error = self.error * self.metric.space.unit;
-            log.end(&self.plan, names, (&self.topology, &self.metric, &self.groups), error);
-        }
+        self.carry_out(position);
         self.evaluated.change(kept);
         self.retry_around(kept);
         Ok(before - self.triangles())
@@ -331,29 +337,6 @@ impl<'a> Descent<'a> {
         }
         self.error = self.error.max(error);
         Ok(())
-    }
-
-    /// Sets the source point and wedges of the merged point: those of the end that lies nearest.
-    fn pass_on_sources(&mut self, position: glam::DVec3) {
-        let distance = |point: PointId| self.metric.positions[point].distance_squared(position);
-        let kept = self.plan.points()[0];
-        let mut nearer = kept;
-        for &gone in &self.plan.points()[1..] {
-            self.pairs.merge([kept, gone]);
-            if distance(gone) < distance(nearer) {
-                nearer = gone;
-            }
-        }
-        let old = self.point_sources[nearer];
-        self.point_sources[kept] = old;
-        let ends = self.metric.space.placement == Placement::Ends;
-        for (member, wedge) in self.plan.merges() {
-            // With ends, a wedge goes on as the one whose row it takes.
-            let is_kept = ends && self.topology.wedge_point(wedge) == nearer;
-            if is_kept || self.source.wedge_points[self.wedge_sources[wedge]] == old {
-                self.wedge_sources[member] = self.wedge_sources[wedge];
-            }
-        }
     }
 
     /// Puts an illegal item aside. If its shell is small, the shell's end is queued instead.

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Descent, DeviationGuard, Stop};
+use super::{Descent, DeviationGuard, Step, Stop};
 use crate::id::{PointId, TriangleId};
 use crate::item::Item;
 use crate::marks::Marks;
@@ -70,13 +70,19 @@ impl Descent<'_> {
             return Ok(0);
         }
         self.record_error(end.area * end.radius * end.radius, end.area)?;
-        if let Some(log) = &mut self.log {
-            log.remove_shell(self.point_sources[points[0]], self.error * self.metric.space.unit);
+        if let Some(steps) = &mut self.steps {
+            steps.push(Step::RemoveShell { point: points[0], error: self.error });
         }
-        for &triangle in &shell {
-            self.topology.remove(triangle);
-        }
+        self.carry_off(&shell, points[0]);
         Ok(shell.len())
+    }
+
+    /// Removes the shell of a point.
+    pub(super) fn carry_off(&mut self, shell: &[TriangleId], point: PointId) {
+        if let Some(log) = &mut self.log {
+            log.remove_shell(self.point_sources[point], self.error * self.metric.space.unit);
+        }
+        shell.iter().for_each(|&triangle| self.topology.remove(triangle));
     }
 
     /// Queues the end of a point's shell if that is small.
@@ -130,7 +136,11 @@ impl Descent<'_> {
 }
 
 /// The triangles of the shell that `point` belongs to, or `None` if they are too many to be removed.
-fn small_shell(topology: &Topology, point: PointId, seen: &mut Marks) -> Option<Vec<TriangleId>> {
+pub(super) fn small_shell(
+    topology: &Topology,
+    point: PointId,
+    seen: &mut Marks,
+) -> Option<Vec<TriangleId>> {
     seen.clear();
     seen.set(point.index(), 0);
     let (mut queue, mut at) = (vec![point], 0);

@@ -3,7 +3,7 @@
 use std::sync::atomic::AtomicUsize;
 
 use super::evaluated::Evaluated;
-use super::{Descent, Stop};
+use super::{Descent, Step, Stop};
 use crate::id::TriangleId;
 use crate::metric::Faces;
 use crate::rank::rank_all;
@@ -50,6 +50,22 @@ impl Descent<'_> {
 
     /// Sums the quadrics of the triangles as they lie now, and queues all edges anew.
     pub(crate) fn rebuild_quadrics(&mut self) {
+        if let Some(steps) = &mut self.steps {
+            steps.push(Step::RebuildQuadrics);
+        }
+        self.sum_quadrics();
+        self.bounds.fill(0.0);
+        self.evaluated = Evaluated::new(&self.bounds, self.point_sources.len());
+        self.aside.fill(false);
+        self.rejected.clear();
+        self.retried_at = self.triangles();
+        self.is_held_back = false;
+        self.queue = rank_all(&self.topology, &self.metric, &self.bounds, &self.locked);
+        self.queue_pairs();
+    }
+
+    /// Sums the quadrics of the triangles as they lie now.
+    pub(super) fn sum_quadrics(&mut self) {
         let topology = &self.topology;
         let all = (0..self.groups.len()).map(TriangleId::new);
         let live: Vec<TriangleId> = all.filter(|&t| topology.is_live(t)).collect();
@@ -60,13 +76,5 @@ impl Descent<'_> {
         };
         self.metric.weigh_motion(self.source.triangles.len() as f64 / live.len().max(1) as f64);
         self.metric.sum(&faces, &self.point_sources);
-        self.bounds.fill(0.0);
-        self.evaluated = Evaluated::new(&self.bounds, self.point_sources.len());
-        self.aside.fill(false);
-        self.rejected.clear();
-        self.retried_at = self.triangles();
-        self.is_held_back = false;
-        self.queue = rank_all(topology, &self.metric, &self.bounds, &self.locked);
-        self.queue_pairs();
     }
 }
