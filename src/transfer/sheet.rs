@@ -1,20 +1,15 @@
 //! The images of the levels, sheet by sheet, so that each image of the source is decoded once.
 
-use std::sync::atomic::AtomicUsize;
-
 use image::ColorType;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use seamwise_attr::Mesh;
 use seamwise_texture::Role;
-use seamwise_texture::transfer::{
-    Gained, Job, Output, Pair, Picture, Reading, Transferred, transfer,
-};
+use seamwise_texture::transfer::{Output, Pair, Picture, Reading};
 
 use super::choice::{Measured, TextureChoice};
-use super::finish::Finish;
 use super::layout::{
-    ChartGroup, ImageUse, MergeGroup, NewColors, NewNormals, SourceReading, UvLayout, faces,
+    ChartGroup, ImageUse, MergeGroup, NewColors, NewNormals, SourceReading, UvLayout,
 };
 use super::merged_images;
 use super::options::{BakeNormals, TransferOptions};
@@ -26,9 +21,6 @@ use crate::image_file::codec::{decode, dimensions};
 use crate::image_file::encoded::EncodedImage;
 use crate::level::textures::{ColorMap, MergedMaterial, NormalMap};
 use crate::surface::geometry::Geometry;
-
-/// Levels gain a normal map for a loss of shading from this RMS angle on, in degrees.
-const LOST_SHAPE_DEGREES: f64 = 1.0;
 
 /// The surfaces of a level, with its textures' UVs.
 pub(super) struct LevelSurfaces<'a> {
@@ -47,7 +39,7 @@ pub(super) struct Sheet<'a> {
     pub(super) texels: Vec<Option<f64>>,
     pub(super) images: Vec<&'a ImageUse>,
     /// Base colors of what has no images.
-    colors: Vec<&'a NewColors>,
+    pub(super) colors: Vec<&'a NewColors>,
     /// Normal maps that take this size.
     pub(super) normals: Vec<&'a NewNormals>,
 }
@@ -218,50 +210,6 @@ impl Sheet<'_> {
         merged_images::densities(&merge_group.chart_materials, &areas, &self.texels)
     }
 
-    /// Makes the images for one level, `size` texels large. `rows` counts those that are done.
-    pub(super) fn make(
-        &self,
-        origin: &Origin<'_>,
-        originals: &[Original],
-        (level, size): (&LevelSurfaces<'_>, [usize; 2]),
-        options: &TransferOptions,
-        rows: &AtomicUsize,
-    ) -> Result<Made> {
-        let (wrap, is_in_place) = (self.layout.wrap, !self.layout.is_new);
-        let merge_group = self.layout.merge_group.as_ref();
-        let gains = options.bake_normals != BakeNormals::Off;
-        let outputs = match merge_group {
-            Some(merge_group) => merged_images::outputs(merge_group, originals, gains),
-            None => self.outputs(originals),
-        };
-        let faces = faces(&self.layout.charts, &level.meshes);
-        let (pairs, faces, outputs) = (&level.pairs[..], &faces[..], &outputs[..]);
-        let is_optional = options.bake_normals == BakeNormals::Auto && merge_group.is_none();
-        let first = self.images.len() + self.colors.len();
-        let gained = Gained { first, least_degrees: LOST_SHAPE_DEGREES };
-        let gained = Some(gained).filter(|own| is_optional && own.first < outputs.len());
-        let job = Job { pairs, faces, size, wrap, is_in_place, outputs, gained };
-        let Transferred { images, normal_degrees_rms } =
-            transfer(&job, rows).map_err(Error::internal)?;
-        let is_lost =
-            options.bake_normals == BakeNormals::On || normal_degrees_rms >= LOST_SHAPE_DEGREES;
-        let finish =
-            Finish { sheet: self, origin, originals, options, outputs, gained: first, is_lost };
-        let mut made = Made { size, ..Made::default() };
-        match merge_group {
-            Some(group) => made.merged = Some(finish.merged(group, images)?),
-            None if options.chooses && is_in_place => {
-                made.measured = finish.candidates(&job, &images)?;
-            }
-            None => {
-                for (at, image) in finish.files(images)?.into_iter().enumerate() {
-                    self.put(&mut made, at, image);
-                }
-            }
-        }
-        Ok(made)
-    }
-
     /// Takes an image as that of an output.
     pub(super) fn put(&self, made: &mut Made, output: usize, image: Option<EncodedImage>) {
         let Some(image) = image else { return };
@@ -278,7 +226,7 @@ impl Sheet<'_> {
     }
 
     /// The source's images, then the new base colors and normal maps.
-    fn outputs<'a>(&self, originals: &'a [Original]) -> Vec<Output<'a>> {
+    pub(super) fn outputs<'a>(&self, originals: &'a [Original]) -> Vec<Output<'a>> {
         let charts = &self.layout.charts;
         let old = self.images.iter().zip(originals).map(|(own, original)| {
             let reading = |reading: &Option<SourceReading>| {

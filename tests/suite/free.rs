@@ -103,7 +103,7 @@ fn a_new_layout_has_as_many_texels_as_the_source_shows() {
     // Both halves of the source read all of its texels.
     let mut shape = torus(48, 24);
     shape.uvs.iter_mut().for_each(|uv| uv[0] = (2.0 * uv[0] - 1.0).abs());
-    let glb = textured(&shape, &picture(64)).glb();
+    let glb = textured(&shape, &picture(128)).glb();
     let color = |unwraps: bool, sizes: Sizes| {
         let own = TransferOptions { atlas: Atlas::New, unwraps, sizes, ..Default::default() };
         let options =
@@ -115,7 +115,7 @@ fn a_new_layout_has_as_many_texels_as_the_source_shows() {
     for unwraps in [false, true] {
         let [(as_before, blurred), (dense, own)] =
             [Sizes::Scale(1.0), Sizes::Needed].map(|sizes| color(unwraps, sizes));
-        assert_eq!([as_before, dense], [64, 128]);
+        assert_eq!([as_before, dense], [128, 256]);
         assert!(own < blurred, "{own} of {blurred}");
     }
 }

@@ -1,34 +1,85 @@
-//! From texels that are made to images as they are written: filled, chosen among or merged, and compressed.
+//! The images of a sheet for one level: their texels, then filled, chosen among or merged, and compressed.
+
+use std::sync::atomic::AtomicUsize;
 
 use image::DynamicImage;
 use rayon::prelude::*;
-use seamwise_texture::transfer::{Job, Output};
+use seamwise_texture::transfer::{Gained, Job, Output, Transferred, transfer};
 use seamwise_texture::{Validity, keep_coverage, repair};
 
 use super::choice::{Measured, smaller};
 use super::encode::{store, store_to_read};
-use super::layout::MergeGroup;
+use super::layout::{MergeGroup, faces};
 use super::merged_images;
 use super::options::{BakeNormals, TransferOptions};
 use super::original::{Coverage, Origin, Original};
-use super::sheet::Sheet;
+use super::sheet::{LevelSurfaces, Made, Sheet};
 use crate::error::{Error, Result};
 use crate::image_file::encoded::EncodedImage;
 use crate::level::textures::MergedMaterial;
+
+/// Levels gain a normal map for a loss of shading from this RMS angle on, in degrees.
+const LOST_SHAPE_DEGREES: f64 = 1.0;
+
+impl Sheet<'_> {
+    /// Makes the images for one level, `size` texels large. `rows` counts those that are done.
+    pub(super) fn make(
+        &self,
+        origin: &Origin<'_>,
+        originals: &[Original],
+        (level, size): (&LevelSurfaces<'_>, [usize; 2]),
+        options: &TransferOptions,
+        rows: &AtomicUsize,
+    ) -> Result<Made> {
+        let (wrap, is_in_place) = (self.layout.wrap, !self.layout.is_new);
+        let merge_group = self.layout.merge_group.as_ref();
+        let gains = options.bake_normals != BakeNormals::Off;
+        let outputs = match merge_group {
+            Some(merge_group) => merged_images::outputs(merge_group, originals, gains),
+            None => self.outputs(originals),
+        };
+        let faces = faces(&self.layout.charts, &level.meshes);
+        let (pairs, faces, outputs) = (&level.pairs[..], &faces[..], &outputs[..]);
+        let is_optional = options.bake_normals == BakeNormals::Auto && merge_group.is_none();
+        let first = self.images.len() + self.colors.len();
+        let gained = Gained { first, least_degrees: LOST_SHAPE_DEGREES };
+        let gained = Some(gained).filter(|own| is_optional && own.first < outputs.len());
+        let job = Job { pairs, faces, size, wrap, is_in_place, outputs, gained };
+        let Transferred { images, normal_degrees_rms } =
+            transfer(&job, rows).map_err(Error::internal)?;
+        let is_lost =
+            options.bake_normals == BakeNormals::On || normal_degrees_rms >= LOST_SHAPE_DEGREES;
+        let finish =
+            Finish { sheet: self, origin, originals, options, outputs, gained: first, is_lost };
+        let mut made = Made { size, ..Made::default() };
+        match merge_group {
+            Some(group) => made.merged = Some(finish.merged(group, images)?),
+            None if options.chooses && is_in_place => {
+                made.measured = finish.candidates(&job, &images)?;
+            }
+            None => {
+                for (at, image) in finish.files(images)?.into_iter().enumerate() {
+                    self.put(&mut made, at, image);
+                }
+            }
+        }
+        Ok(made)
+    }
+}
 
 /// One image per output, with which of its texels have a place on the level.
 type Texels = Vec<(DynamicImage, Validity)>;
 
 /// The images of a sheet for one level, on their way into files.
-pub(super) struct Finish<'a> {
-    pub(super) sheet: &'a Sheet<'a>,
-    pub(super) origin: &'a Origin<'a>,
-    pub(super) originals: &'a [Original],
-    pub(super) options: &'a TransferOptions,
-    pub(super) outputs: &'a [Output<'a>],
+struct Finish<'a> {
+    sheet: &'a Sheet<'a>,
+    origin: &'a Origin<'a>,
+    originals: &'a [Original],
+    options: &'a TransferOptions,
+    outputs: &'a [Output<'a>],
     /// Outputs from this one on are normal maps that the source lacks, wanted if so much shape is lost.
-    pub(super) gained: usize,
-    pub(super) is_lost: bool,
+    gained: usize,
+    is_lost: bool,
 }
 
 impl Finish<'_> {
@@ -64,7 +115,7 @@ impl Finish<'_> {
     }
 
     /// The images in several sizes each, stored and held against the source.
-    pub(super) fn candidates(&self, job: &Job<'_>, images: &Texels) -> Result<Vec<Measured>> {
+    fn candidates(&self, job: &Job<'_>, images: &Texels) -> Result<Vec<Measured>> {
         let TransferOptions { format, quality, in_blocks, .. } = *self.options;
         let of = |(at, image): (usize, &(DynamicImage, Validity))| {
             let role = self.outputs[at].role;
@@ -82,7 +133,7 @@ impl Finish<'_> {
     }
 
     /// The images of a merged material.
-    pub(super) fn merged(&self, group: &MergeGroup, images: Texels) -> Result<MergedMaterial> {
+    fn merged(&self, group: &MergeGroup, images: Texels) -> Result<MergedMaterial> {
         let filled = self.fill_all(images)?;
         let had = self.options.bake_normals != BakeNormals::Off;
         let format = (self.options.format, self.options.quality);
@@ -91,7 +142,7 @@ impl Finish<'_> {
     }
 
     /// One file per output that is wanted.
-    pub(super) fn files(&self, images: Texels) -> Result<Vec<Option<EncodedImage>>> {
+    fn files(&self, images: Texels) -> Result<Vec<Option<EncodedImage>>> {
         let filled = self.fill_all(images)?;
         let format = (self.options.format, self.options.quality);
         let file = |(at, image): (usize, &DynamicImage)| match self.is_wanted(at) {
