@@ -131,7 +131,7 @@ pub(crate) enum PngMode {
 /// `--bake-normals`.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub(crate) enum NormalMode {
-    /// Where the shading normals of a level are off by more than a degree.
+    /// Where the shading normals of a level are off by more than half a degree.
     Auto,
     /// On every lit material.
     On,

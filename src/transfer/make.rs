@@ -19,7 +19,11 @@ use crate::image_file::encoded::EncodedImage;
 use crate::level::textures::MergedMaterial;
 
 /// Levels gain a normal map for a loss of shading from this RMS angle on, in degrees.
-const LOST_SHAPE_DEGREES: f64 = 1.0;
+///
+/// Lab note (`bake --textures auto --views 6 --samples 50000`, six assets at 25 and 6.25 %, six at 50 and 12.5 %):
+/// over 1°, 0.5° moves two levels of 24, popcorn's of 25 % to 0.937 of the luminance, 0.825 of the color and 1.17
+/// of the bytes, gelatin_box's of 50 % to 0.956 of the luminance and 1.70 of the bytes, from 0.28 MB.
+const LOST_SHAPE_DEGREES: f64 = 0.5;
 
 impl Sheet<'_> {
     /// Makes the images for one level, `size` texels large. `rows` counts those that are done.

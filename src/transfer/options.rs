@@ -19,7 +19,7 @@ pub enum Atlas {
 /// Whether levels gain normal maps where their source has none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BakeNormals {
-    /// On materials where the shading normals of a level are off by more than a degree.
+    /// On materials where the shading normals of a level are off by more than half a degree.
     #[default]
     Auto,
     /// On every lit material.
