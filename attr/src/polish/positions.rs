@@ -81,7 +81,8 @@ pub(super) fn fit(
         .with_min_len(AT_ONCE)
         .map(|triangle| equations(source, level, pairs, triangle, by_triangle.of(triangle)))
         .unzip();
-    let density = pairs.there as f64 / mesh.triangles.len() as f64;
+    let samples = source.total_weight(&pairs.all[..pairs.there]);
+    let density = samples / mesh.triangles.len() as f64;
     for pull in source.pulls(level, &descended.seams, density) {
         let at = pull.at.triangle.index();
         add_pull(&pull, &mut elements[at], &mut right[at]);

@@ -108,7 +108,7 @@ fn a_seam_that_has_moved_over_what_is_flat_comes_back() {
 
 #[test]
 fn what_counts_more_comes_nearer_and_a_common_factor_changes_nothing() {
-    let mesh = surface(40, bumps);
+    let mesh = parted(&surface(40, bumps));
     let level = descend(&mesh, 0.05);
     let fitted = |factor: f32, elsewhere: f32| {
         let of = |p: &Vec3| if p.x < 0.5 { factor } else { elsewhere };
