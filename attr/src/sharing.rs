@@ -6,7 +6,7 @@
 
 /// How a surface goes down on its own: its triangles at first and after each step, and the limits that are the
 /// least it takes to get there.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) struct Curve {
     /// They shrink.
     triangles: Vec<u32>,

@@ -215,8 +215,10 @@ fn find_way(own: &Shared<'_>, end: usize, goal: &Goal<'_>) -> (Curve, Way) {
         let now = descent.triangles();
         let next = if rebuilds_quadrics {
             (REBUILD_SHARE * now as f64) as usize
+        } else if now > end {
+            end
         } else {
-            if now > end { end } else { 0 }
+            0
         };
         let goes_on = |cost: f64, triangles: usize| {
             if triangles < left {

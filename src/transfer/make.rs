@@ -83,6 +83,7 @@ struct Finish<'a> {
     outputs: &'a [Output<'a>],
     /// Outputs from this one on are normal maps that the source lacks, wanted if so much shape is lost.
     gained: usize,
+    /// Whether shading has lost enough for that.
     is_lost: bool,
 }
 

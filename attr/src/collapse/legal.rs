@@ -89,6 +89,7 @@ impl Plan {
     /// each end stands for, summed.
     fn exposure(&self, metric: &Metric, position: DVec3) -> f64 {
         let mut sum = 0.0;
+        // Each triangle is looked at once for two ends.
         for (pair, areas) in self.points.chunks(2).zip(self.areas.chunks(2)) {
             let ends = [pair[0], pair[pair.len() - 1]].map(|end| metric.positions[end] - position);
             let mut squares = ends.map(DVec3::length_squared);

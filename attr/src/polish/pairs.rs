@@ -108,8 +108,8 @@ pub(super) struct Pairs {
 }
 
 impl Pairs {
-    /// Pairs `count` samples of either surface, and some of the level's `edges`, walking from the points of the source that those of the
-    /// level stand for. One without a counterpart, or with a far one, is left out.
+    /// Pairs `count` samples of either surface, and some of the level's `edges`, walking from the points of the
+    /// source that those of the level stand for. One without a counterpart, or with a far one, is left out.
     pub(super) fn new(
         source: &Source<'_>,
         level: &Sheet<'_>,

@@ -31,6 +31,7 @@ pub(super) struct Descended<'a> {
     facing: &'a Facing,
     /// One per triangle: its shell, by the directions that it faces.
     shells: Vec<u32>,
+    /// The edges that are to lie on seams of the source.
     seams: Vec<SheetEdge>,
     graph: Graph,
     /// Per point: whether it may move.

@@ -76,16 +76,22 @@ impl SeamLines {
         let shares = (0..SAMPLES).map(|step| (step as f64 + 0.5) / SAMPLES as f64);
         let all = seams.par_iter().with_min_len(AT_ONCE);
         all.flat_map_iter(|seam| {
-            shares.clone().filter_map(|share| self.pull(level, seam, share, weight))
+            let (along, reach) = (seam.vector(level), REACH * height(level, seam));
+            let at = shares.clone().map(|share| seam.at(share));
+            at.filter_map(move |at| self.pull(level, at, (along, reach), weight))
         })
         .collect()
     }
 
-    /// What a point of a level's seam asks for, if a seam of the source is near and runs along.
-    fn pull(&self, level: &Sheet<'_>, seam: &SheetEdge, share: f64, weight: f64) -> Option<Pull> {
-        let (at, along) = (seam.at(share), seam.vector(level));
+    /// What a point of a level's seam asks for, if a seam of the source is in reach and runs along.
+    fn pull(
+        &self,
+        level: &Sheet<'_>,
+        at: SurfacePoint,
+        (along, reach): (DVec3, f64),
+        weight: f64,
+    ) -> Option<Pull> {
         let (place, length) = (level.place(&at), along.length());
-        let reach = REACH * height(level, seam);
         let foot = self.lines.closest_foot(place, reach, |line| {
             self.directions[line].dot(along).abs() > ALIGNED * length
         })?;
